@@ -1,0 +1,162 @@
+"""The result: points, triangles, names and the certificate."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from fubini.model import Model
+
+Float = NDArray[np.float64]
+Int = NDArray[np.int32]
+
+
+@dataclass(frozen=True)
+class Corner:
+    """A corner of a face too sharp for any valid triangle: place (3,) and interior angle in degrees."""
+
+    face: int
+    point: tuple[float, float, float]
+    angle: float
+
+
+@dataclass(frozen=True)
+class FaceCertificate:
+    """Figures of one face. Lengths are in model units, angles in degrees, the rest is relative.
+
+    ``boundary_distance``: largest distance of a boundary node from its CAD edge.
+    ``chord_error``: largest distance of the middle of a boundary segment from its curve.
+    ``area_error``: difference of mesh area and CAD area over the CAD area.
+    ``worst_at``: centroid (3,) of the triangle of worst skewness that is not unavoidable.
+    ``reasons``: why the face is not certified; empty when it is.
+    """
+
+    face: int
+    name: str | None
+    triangles: int
+    flawed: int
+    unavoidable: int
+    corners: tuple[Corner, ...]
+    worst_skew: float
+    mean_skew: float
+    worst_aspect_ratio: float
+    worst_at: tuple[float, float, float]
+    min_angle: float
+    max_angle: float
+    area_error: float
+    boundary_distance: float
+    chord_error: float
+    reasons: tuple[str, ...] = ()
+    moves: Mapping[str, int] = field(default_factory=dict)
+    budget_exhausted: bool = False
+
+    @property
+    def certified(self) -> bool:
+        """No triangle is flawed but at most one in each unavoidable corner, and nothing else is amiss."""
+        return not self.reasons
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """Figures of the whole mesh: sums and worst cases of its faces."""
+
+    faces: tuple[FaceCertificate, ...]
+    min_skew: float
+    max_aspect_ratio: float
+    skipped_faces: int = 0
+    notes: tuple[str, ...] = ()
+
+    @property
+    def certified(self) -> bool:
+        """Every face is certified, and there is at least one."""
+        return bool(self.faces) and all(f.certified for f in self.faces)
+
+    @property
+    def triangles(self) -> int:
+        """Number of triangles."""
+        return sum(f.triangles for f in self.faces)
+
+    @property
+    def flawed(self) -> int:
+        """Number of flawed triangles."""
+        return sum(f.flawed for f in self.faces)
+
+    @property
+    def unavoidable(self) -> int:
+        """Number of corners that force a flawed triangle."""
+        return sum(f.unavoidable for f in self.faces)
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """A triangle mesh of the planar faces of a model.
+
+    Attributes
+    ----------
+    points : (n, 3) float64.
+    triangles : (m, 3) int32, counter-clockwise about the outward normal.
+    face_of_triangle : (m,) int32, CAD face index (``MapShapes`` order).
+    segments : (k, 2) int32, mesh edges that lie on CAD edges; one per mesh edge, along the CAD edge.
+    edge_of_segment : (k,) int32, CAD edge index.
+    face_names, edge_names : names from the source by CAD index.
+    certificate : the figures and the verdict.
+    seconds : time by stage.
+    size : wanted edge length.
+    model : the model that was meshed.
+    """
+
+    points: Float
+    triangles: Int
+    face_of_triangle: Int
+    segments: Int
+    edge_of_segment: Int
+    face_names: Mapping[int, str]
+    edge_names: Mapping[int, str]
+    certificate: Certificate
+    size: float
+    seconds: Mapping[str, float] = field(default_factory=dict)
+    model: Model | None = field(default=None, repr=False)
+
+    @property
+    def quality(self) -> dict[str, Float]:
+        """Per triangle (m,): ``skewness`` and ``aspect_ratio``."""
+        from fubini.quality import aspect_ratios, skewness
+
+        corners = self.points[self.triangles]
+        return {"skewness": skewness(corners), "aspect_ratio": aspect_ratios(corners)}
+
+    def save(self, path: str | Path) -> None:
+        """Write the mesh; the suffix picks the format (see ``fubini.export.formats``). Atomic."""
+        from fubini.export import save
+
+        save(self, path)
+
+    def to_trimesh(self) -> Any:
+        """The mesh as ``trimesh.Trimesh`` (vertices kept as they are)."""
+        from fubini.export import to_trimesh
+
+        return to_trimesh(self)
+
+    def to_meshio(self) -> Any:
+        """The mesh as ``meshio.Mesh`` with the cell data array ``face``."""
+        from fubini.export import to_meshio
+
+        return to_meshio(self)
+
+    def plot(self, path: str | Path | None = None, **options: Any) -> Any:
+        """Draw the mesh, flawed triangles in red (see ``fubini.report.plot``)."""
+        from fubini.report import plot
+
+        return plot(self, path, **options)
+
+    def attach(self) -> Any:
+        """Write the triangles back onto the live CAD shape (see ``fubini.cad.attach``)."""
+        from fubini.cad import attach
+
+        return attach(self)

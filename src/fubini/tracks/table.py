@@ -1,0 +1,67 @@
+"""The table of tracks, its builder, and its evaluation from Python."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+LINE, CONIC, RATIONAL = 0, 1, 2
+
+
+class Tracks(NamedTuple):
+    """All tracks of one region: ``kinds`` (k,) int32, ``offsets`` (k,) int32 into ``data`` (.,) float64.
+
+    The data of a track starts with its exact ends ``x0 y0 x1 y1``, returned as stored at t = 0 and
+    t = 1, and goes on by kind:
+
+    - ``LINE``: nothing more; ``(1 - t) p0 + t p1``.
+    - ``CONIC``: ``cx cy ax ay bx by u0 u1``; ``c + a cos u + b sin u``, ``u = u0 + t (u1 - u0)``.
+    - ``RATIONAL``: ``pieces degree``, then ``pieces + 1`` breaks from 0 to 1, then for each piece
+      ``degree + 1`` homogeneous control points ``w x, w y, w`` of a Bezier piece.
+    """
+
+    kinds: NDArray[np.int32]
+    offsets: NDArray[np.int32]
+    data: NDArray[np.float64]
+
+
+class TrackBuilder:
+    """Collects tracks one by one; ``build`` freezes them."""
+
+    def __init__(self) -> None:
+        self._kinds: list[int] = []
+        self._offsets: list[int] = []
+        self._data: list[float] = []
+
+    def __len__(self) -> int:
+        return len(self._kinds)
+
+    def add(self, kind: int, start: ArrayLike, end: ArrayLike, *rest: ArrayLike) -> int:
+        """Append a track of this kind and return its number; ``rest`` is flattened in order."""
+        self._kinds.append(kind)
+        self._offsets.append(len(self._data))
+        for part in (start, end, *rest):
+            self._data.extend(np.asarray(part, float).ravel().tolist())
+        return len(self._kinds) - 1
+
+    def build(self) -> Tracks:
+        """The finished table (left writable: compiled code takes one array type only)."""
+        return Tracks(
+            np.array(self._kinds, np.int32),
+            np.array(self._offsets, np.int32),
+            np.array(self._data, np.float64),
+        )
+
+
+def evaluate(tracks: Tracks, track: ArrayLike, t: ArrayLike) -> NDArray[np.float64]:
+    """Points (n, 2) at parameters ``t`` (n,) of tracks ``track`` (n,)."""
+    from fubini.tracks._kernels import evaluate_many
+
+    which = np.atleast_1d(np.asarray(track, np.int32))
+    params = np.atleast_1d(np.asarray(t, np.float64))
+    which, params = np.broadcast_arrays(which, params)
+    out = np.empty((len(params), 2))
+    evaluate_many(*tracks, np.ascontiguousarray(which), np.ascontiguousarray(params), out)
+    return out

@@ -1,0 +1,69 @@
+"""The triangulation as a value, with the boundary that it must respect."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+Float = NDArray[np.float64]
+Int = NDArray[np.int32]
+Byte = NDArray[np.uint8]
+
+#: What a node may do (``Boundary.kind``): an interior node moves freely; a node on a curve slides
+#: along its track, may be removed, and segments beside it may be split; a corner stays; a frozen
+#: node stays and is never removed.
+INTERIOR, ON_CURVE, CORNER, FROZEN = 0, 1, 2, 3
+
+#: What may happen to a boundary segment (``Boundary.mode``): split and merged freely; only split
+#: (it is shared with another face); nothing (it is an interface or was fixed by the user).
+FREE, SPLIT_ONLY, LOCKED = 0, 1, 2
+
+
+@dataclass(frozen=True)
+class Boundary:
+    """Boundary nodes and segments of one region, ready for triangulation.
+
+    The nodes are the first ``n`` nodes of every triangulation that respects this boundary.
+
+    Attributes
+    ----------
+    points : (n, 2) node positions.
+    kind : (n,) uint8, one of ON_CURVE, CORNER, FROZEN.
+    size : (n,) wanted edge length at the node.
+    angle : (n,) interior angle in degrees between the tangents at a corner; 180 on smooth curves.
+    segments : (k, 2) int32, the region on the left of each.
+    track : (k,) int32, number of the track that the segment lies on; -1 for a straight segment of no track.
+    t : (k, 2) track parameters of the two ends.
+    mode : (k,) uint8, one of FREE, SPLIT_ONLY, LOCKED.
+    """
+
+    points: Float
+    kind: Byte
+    size: Float
+    angle: Float
+    segments: Int
+    track: Int
+    t: Float
+    mode: Byte
+
+
+@dataclass(frozen=True)
+class Triangulation:
+    """Triangles of one region and the boundary segments they end at.
+
+    Attributes
+    ----------
+    points : (n, 2).
+    triangles : (m, 3) int32, counter-clockwise.
+    neighbours : (m, 3) int32; the triangle across the edge opposite to the local corner, or
+        ``-1 - s`` where that edge is boundary segment ``s``.
+    boundary : nodes ``0 .. len(boundary.points)`` of ``points``, in the same order.
+    """
+
+    points: Float
+    triangles: Int
+    neighbours: Int
+    boundary: Boundary
+    unrecovered: Int = field(default_factory=lambda: np.empty(0, np.int32))
