@@ -1,0 +1,60 @@
+"""Gauss-Legendre integration along a parameter, fixed and adaptive."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+Float = NDArray[np.float64]
+
+#: Halvings after which an interval is taken as it is: 2^-40 of a span holds nothing that counts.
+_LEVELS = 40
+
+
+@functools.cache
+def gauss(order: int) -> tuple[Float, Float]:
+    """Nodes and weights on [0, 1]."""
+    x, w = np.polynomial.legendre.leggauss(order)
+    return (x + 1.0) / 2.0, w / 2.0
+
+
+def fixed(f: Callable[[Float], Float], breaks: Float, order: int) -> Float:
+    """Integrals of ``f`` (n,) -> (n, ...) over each interval between ``breaks``: (len(breaks) - 1, ...)."""
+    x, w = gauss(order)
+    h = np.diff(breaks)
+    t = breaks[:-1, None] + h[:, None] * x
+    values = f(t.ravel()).reshape(len(h), order, -1)
+    return np.einsum("nkm,k,n->nm", values, w, h)
+
+
+def adaptive(f: Callable[[Float], Float], breaks: Float, relative: float, order: int = 16) -> Float:
+    """Integral of ``f`` (n,) -> (n, m) over all intervals: (m,).
+
+    An interval is halved until its halves agree with it to ``relative`` of the sum of the absolute
+    values of all integrals, component by component.
+    """
+    a, b = breaks[:-1], breaks[1:]
+    whole = _on(f, a, b, order)
+    total = np.zeros(whole.shape[1])
+    scale = np.abs(whole).sum(axis=0)
+    for _ in range(_LEVELS):
+        middle = (a + b) / 2
+        left, right = _on(f, a, middle, order), _on(f, middle, b, order)
+        good = (np.abs(left + right - whole) <= relative * scale).all(axis=1)
+        total += (left + right)[good].sum(axis=0)
+        if good.all():
+            return total
+        bad = ~good
+        a, b = np.concatenate([a[bad], middle[bad]]), np.concatenate([middle[bad], b[bad]])
+        whole = np.concatenate([left[bad], right[bad]])
+    return total + whole.sum(axis=0)
+
+
+def _on(f: Callable[[Float], Float], a: Float, b: Float, order: int) -> Float:
+    x, w = gauss(order)
+    t = a[:, None] + (b - a)[:, None] * x
+    values = f(t.ravel()).reshape(len(a), order, -1)
+    return np.einsum("nkm,k->nm", values, w) * (b - a)[:, None]

@@ -1,0 +1,339 @@
+"""Bezier and B-spline curves, polynomial or rational."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fubini.curves import moments
+from fubini.curves.base import NOISE, Curve, Float, affine, frozen, other
+from fubini.curves.chain import Chain, bezier_pieces, make_chain
+from fubini.curves.quadrature import adaptive, fixed
+from fubini.errors import GeometryError, OptionError
+
+#: Newton and bisection steps of the limit functions; bisection alone needs 53.
+_STEPS = 80
+
+
+class Spline(Curve):
+    """What Bezier and B-spline curves share: a chain of rational Bezier pieces."""
+
+    poles: Float
+    weights: Float | None
+
+    @property
+    def chain(self) -> Chain:
+        """The curve as Bezier pieces over [0, 1]."""
+        raise NotImplementedError
+
+    def _point(self, t: Float) -> Float:
+        return self.chain.evaluate(np.asarray(t), 0)[0]
+
+    def _derivative(self, t: Float) -> Float:
+        return self.chain.evaluate(np.asarray(t), 1)[1]
+
+    def _second_derivative(self, t: Float) -> Float:
+        return self.chain.evaluate(np.asarray(t), 2)[2]
+
+    def length(self, t0: float = 0.0, t1: float = 1.0) -> float:
+        def speed(t: Float) -> Float:
+            d = self._derivative(t)
+            return np.hypot(d[:, 0], d[:, 1])[:, None]
+
+        if t1 < t0:
+            return -self.length(t1, t0)
+        if t1 == t0:
+            return 0.0
+        b = self.chain.breaks
+        return float(adaptive(speed, np.array([t0, *b[(b > t0) & (b < t1)], t1]), 1e-14)[0])
+
+    def closest(self, points: ArrayLike) -> tuple[Float, Float]:
+        from fubini.curves.nearest import nearest
+
+        return nearest(self, self.chain.table, points)
+
+    @cached_property
+    def _turns(self) -> tuple[Float, Float]:
+        return _turning_points(self, 0), _turning_points(self, 1)
+
+    def turning_points(self, axis: int) -> Float:
+        other(axis)
+        return self._turns[axis].copy()
+
+    def _invert(self, axis: int, values: Float, t0: float, t1: float) -> Float:
+        inner = self.chain.table
+        t = np.array([t0, *inner[(inner > t0) & (inner < t1)], t1])
+        levels = self._point(t)[:, axis]
+        rising = levels[-1] >= levels[0]
+        levels = np.maximum.accumulate(levels if rising else -levels)
+        target = values if rising else -values
+        i = np.clip(np.searchsorted(levels, target, side="right") - 1, 0, len(t) - 2)
+        return self._bracketed(axis, values, t[i], t[i + 1], 1.0 if rising else -1.0)
+
+    def _bracketed(self, axis: int, values: Float, low: Float, high: Float, sign: float) -> Float:
+        """Root-find on the parameter between low and high (n,): Newton, bisection where it strays."""
+        t = (low + high) / 2.0
+        before = high - low
+        for _ in range(_STEPS):
+            p, d = self.chain.evaluate(t, 1)
+            gap, slope = sign * (p[:, axis] - values), sign * d[:, axis]
+            low, high = np.where(gap < 0.0, t, low), np.where(gap > 0.0, t, high)
+            with np.errstate(divide="ignore", invalid="ignore"):
+                new = t - gap / slope
+            stray = ~((new >= low) & (new <= high) & (np.abs(new - t) <= before / 2.0))
+            new = np.where(gap == 0.0, t, np.where(stray, (low + high) / 2.0, new))
+            before = np.abs(new - t)
+            t = new
+            if (before <= np.finfo(float).eps * np.abs(t)).all():
+                break
+        return t
+
+    def area_moments(self, origin: ArrayLike = (0.0, 0.0)) -> moments.Moments:
+        o = np.asarray(origin, np.float64)
+
+        def integrand(t: Float) -> Float:
+            p, d = self.chain.evaluate(t, 1)
+            return moments.integrand(p - o, d)
+
+        if self.chain.rational:
+            inner = adaptive(integrand, self.chain.breaks, 1e-15)
+        else:  # second moments have degree 4 d - 1
+            inner = fixed(integrand, self.chain.breaks, 2 * self.chain.degree).sum(axis=0)
+        ends = self._point(np.array([0.0, 1.0])) - o
+        return moments.add(
+            tuple(inner.tolist()),
+            moments.segment_moments(self.start - o, ends[0]),
+            moments.segment_moments(ends[1], self.end - o),
+        )
+
+    def _ends(self, start: ArrayLike | None, end: ArrayLike | None) -> None:
+        """Store the ends; the first and last control points where the curve reaches them."""
+        computed = self.chain.evaluate(np.array([0.0, 1.0]), 0)[0]
+        for name, given, p, pole in (
+            ("start", start, computed[0], self.poles[0]),
+            ("end", end, computed[1], self.poles[-1]),
+        ):
+            if given is None:
+                reached = np.abs(p - pole).max() <= NOISE * np.abs(self.poles).max()
+                given = pole if reached else p
+            self._store(**{name: frozen(given, (2,), name)})
+
+
+def _turning_points(curve: Spline, axis: int) -> Float:
+    chain = curve.chain
+    t = chain.extremes(axis)
+    x = curve.point(t)[:, axis]
+    noise = NOISE * float(np.abs(x).max(initial=0.0))
+    flat = np.concatenate([[False], chain.flats(axis), [False]])
+    # stretches of constant coordinate part the curve; between them, turns whose swing exceeds the noise
+    edges = chain.breaks[np.nonzero(flat[1:] != flat[:-1])[0]]
+    found = [float(e) for e in edges if 0.0 < e < 1.0]
+    cuts = [0.0, *found, 1.0]
+    for a, b in itertools.pairwise(cuts):
+        inside = np.nonzero((t >= a) & (t <= b))[0]
+        found += [float(t[inside[i]]) for i in _swings(x[inside], noise)]
+    return np.array(sorted(found), np.float64)
+
+
+def _swings(x: NDArray[np.float64], noise: float) -> list[int]:
+    """Indices of the extremes from which x retreats by more than ``noise`` in both directions."""
+    found: list[int] = []
+    extreme, direction = 0, 0.0
+    for i in range(1, len(x)):
+        step = x[i] - x[extreme]
+        if direction == 0.0:
+            if abs(step) > noise:
+                direction, extreme = math.copysign(1.0, step), i
+        elif step * direction >= 0.0:
+            extreme = i
+        elif -step * direction > noise:
+            found.append(extreme)
+            direction, extreme = -direction, i
+    return found
+
+
+def _weights(weights: ArrayLike | None, n: int) -> Float | None:
+    """Checked weights (n,); None when there are none or they are all equal."""
+    if weights is None:
+        return None
+    w = frozen(weights, (n,), "weights")
+    if not (w > 0.0).all():
+        raise GeometryError("a spline has a weight that is not positive")
+    return None if (w == w[0]).all() else w
+
+
+def _homogeneous(poles: Float, weights: Float | None) -> Float:
+    w = np.ones(len(poles)) if weights is None else weights
+    return np.concatenate([poles * w[:, None], w[:, None]], axis=1)
+
+
+def _plain(homogeneous: Float) -> tuple[Float, Float]:
+    w = homogeneous[:, 2]
+    return homogeneous[:, :2] / w[:, None], w
+
+
+@dataclass(frozen=True, init=False, eq=False)
+class Bezier(Spline):
+    """Bezier curve with control points ``poles`` (n, 2), n >= 2, and positive ``weights`` (n,) or None."""
+
+    poles: Float
+    weights: Float | None
+    start: Float
+    end: Float
+    kind = "bezier"
+
+    def __init__(
+        self,
+        poles: ArrayLike,
+        weights: ArrayLike | None = None,
+        *,
+        start: ArrayLike | None = None,
+        end: ArrayLike | None = None,
+    ) -> None:
+        p = frozen(poles, (None, 2), "poles")
+        if len(p) < 2 or (p == p[0]).all():
+            raise GeometryError("a Bezier curve needs two different control points")
+        self._store(poles=p, weights=_weights(weights, len(p)))
+        self._ends(p[0] if start is None else start, p[-1] if end is None else end)
+
+    @cached_property
+    def chain(self) -> Chain:
+        """The curve as one Bezier piece."""
+        return make_chain(np.array([0.0, 1.0]), _homogeneous(self.poles, self.weights)[None])
+
+    @property
+    def degree(self) -> int:
+        """Degree of the curve."""
+        return len(self.poles) - 1
+
+    def trim(self, t0: float, t1: float) -> Bezier:
+        self._check_trim(t0, t1)
+        poles, w = _plain(self.chain.trim(t0, t1).homogeneous()[0])
+        return Bezier(poles, w, start=self.point(t0), end=self.point(t1))
+
+    def reverse(self) -> Bezier:
+        w = None if self.weights is None else self.weights[::-1]
+        return Bezier(self.poles[::-1], w, start=self.end, end=self.start)
+
+    def transform(self, matrix: ArrayLike, offset: ArrayLike = (0.0, 0.0)) -> Bezier:
+        m, o = np.asarray(matrix, np.float64), np.asarray(offset, np.float64)
+        ends = {"start": affine(m, o, self.start), "end": affine(m, o, self.end)}
+        return Bezier(affine(m, o, self.poles), self.weights, **ends)
+
+
+@dataclass(frozen=True, init=False, eq=False)
+class BSpline(Spline):
+    """B-spline with the full knot vector ``knots`` (n + degree + 1,), multiplicities written out.
+
+    ``poles`` (n, 2), positive ``weights`` (n,) or None. The curve runs over the knots' domain
+    ``[knots[degree], knots[n]]``; the vector need not be clamped.
+    """
+
+    degree: int
+    knots: Float
+    poles: Float
+    weights: Float | None
+    start: Float
+    end: Float
+    kind = "bspline"
+
+    def __init__(
+        self,
+        degree: int,
+        knots: ArrayLike,
+        poles: ArrayLike,
+        weights: ArrayLike | None = None,
+        *,
+        start: ArrayLike | None = None,
+        end: ArrayLike | None = None,
+    ) -> None:
+        p, k = frozen(poles, (None, 2), "poles"), frozen(knots, (None,), "knots")
+        _check_knots(degree, k, len(p))
+        if (p == p[0]).all():
+            raise GeometryError("a B-spline needs two different control points")
+        self._store(degree=int(degree), knots=k, poles=p, weights=_weights(weights, len(p)))
+        self._ends(start, end)
+
+    @classmethod
+    def from_domain(
+        cls,
+        degree: int,
+        knots: ArrayLike,
+        poles: ArrayLike,
+        weights: ArrayLike | None,
+        u0: float,
+        u1: float,
+        *,
+        start: ArrayLike | None = None,
+        end: ArrayLike | None = None,
+    ) -> BSpline:
+        """The piece of a B-spline between the knot parameters u0 < u1 of its domain."""
+        whole = cls(degree, knots, poles, weights)
+        low, high = whole.domain
+        slack = NOISE * max(abs(low), abs(high), high - low)
+        if not low - slack <= u0 < u1 <= high + slack:
+            raise GeometryError(f"B-spline parameters {u0!r} to {u1!r} do not lie in its domain {low!r} to {high!r}")
+        t0, t1 = (min(max((u - low) / (high - low), 0.0), 1.0) for u in (u0, u1))
+        piece = whole if (t0, t1) == (0.0, 1.0) else whole.trim(t0, t1)
+        if start is None and end is None:
+            return piece
+        return cls(piece.degree, piece.knots, piece.poles, piece.weights, start=start, end=end)
+
+    @property
+    def domain(self) -> tuple[float, float]:
+        """First and last knot parameter of the curve."""
+        return float(self.knots[self.degree]), float(self.knots[len(self.poles)])
+
+    @cached_property
+    def chain(self) -> Chain:
+        """The curve as Bezier pieces between its knots."""
+        breaks, poles = bezier_pieces(self.degree, self.knots, _homogeneous(self.poles, self.weights))
+        return make_chain(_unit(breaks), poles)
+
+    def trim(self, t0: float, t1: float) -> BSpline:
+        self._check_trim(t0, t1)
+        low, high = self.domain
+        piece = self.chain.trim(t0, t1)
+        breaks = low + (t0 + piece.breaks * (t1 - t0)) * (high - low)
+        h = piece.homogeneous()
+        poles, w = _plain(np.concatenate([h[:, :-1].reshape(-1, 3), h[-1, -1:]]))
+        times = np.full(len(breaks), self.degree)
+        times[[0, -1]] += 1
+        ends: dict[str, Any] = {"start": self.point(t0), "end": self.point(t1)}
+        return BSpline(self.degree, np.repeat(breaks, times), poles, w, **ends)
+
+    def reverse(self) -> BSpline:
+        w = None if self.weights is None else self.weights[::-1]
+        low, high = self.domain
+        knots = (low + high) - self.knots[::-1]
+        return BSpline(self.degree, knots, self.poles[::-1], w, start=self.end, end=self.start)
+
+    def transform(self, matrix: ArrayLike, offset: ArrayLike = (0.0, 0.0)) -> BSpline:
+        m, o = np.asarray(matrix, np.float64), np.asarray(offset, np.float64)
+        ends = {"start": affine(m, o, self.start), "end": affine(m, o, self.end)}
+        return BSpline(self.degree, self.knots, affine(m, o, self.poles), self.weights, **ends)
+
+
+def _unit(breaks: Float) -> Float:
+    t = (breaks - breaks[0]) / (breaks[-1] - breaks[0])
+    t[-1] = 1.0
+    return t
+
+
+def _check_knots(degree: int, knots: Float, n: int) -> None:
+    fix = "the knot vector has one entry per pole plus degree + 1, multiplicities written out"
+    if degree < 1 or n < degree + 1:
+        raise GeometryError(f"a B-spline of degree {degree} with {n} control points", fix="it needs degree + 1 of them")
+    if len(knots) != n + degree + 1:
+        raise OptionError(f"{len(knots)} knots for {n} control points of degree {degree}", fix=fix)
+    if (np.diff(knots) < 0.0).any() or not knots[degree] < knots[n]:
+        raise GeometryError("the knots of a B-spline do not grow", fix=fix)
+    inner = knots[(knots > knots[degree]) & (knots < knots[n])]
+    if (inner[degree:] == inner[: len(inner) - degree]).any():
+        raise GeometryError(f"an inner knot of multiplicity above the degree {degree} tears a B-spline", fix=fix)
