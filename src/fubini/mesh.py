@@ -31,9 +31,13 @@ class FaceCertificate:
     """Figures of one face. Lengths are in model units, angles in degrees, the rest is relative.
 
     ``boundary_distance``: largest distance of a boundary node from its CAD edge.
-    ``chord_error``: largest distance of the middle of a boundary segment from its curve.
+    ``chord_error``: largest distance between a boundary segment and the piece of curve it stands for.
     ``area_error``: difference of mesh area and CAD area over the CAD area.
-    ``worst_at``: centroid (3,) of the triangle of worst skewness that is not unavoidable.
+    ``unavoidable``: corners of the CAD face too sharp for any valid triangle, listed in ``corners``.
+    ``excess``: flawed triangles that no such corner excuses (each excuses one triangle that touches it).
+    ``worst_skew``, ``worst_aspect_ratio``: over all triangles; ``avoidable_skew``: over those not excused
+    (90 where all are excused).
+    ``worst_at``: centroid (3,) of the triangle of worst skewness that is not excused.
     ``reasons``: why the face is not certified; empty when it is.
     """
 
@@ -55,6 +59,8 @@ class FaceCertificate:
     reasons: tuple[str, ...] = ()
     moves: Mapping[str, int] = field(default_factory=dict)
     budget_exhausted: bool = False
+    excess: int = 0
+    avoidable_skew: float = 90.0
 
     @property
     def certified(self) -> bool:
@@ -91,6 +97,56 @@ class Certificate:
     def unavoidable(self) -> int:
         """Number of corners that force a flawed triangle."""
         return sum(f.unavoidable for f in self.faces)
+
+    @property
+    def excess(self) -> int:
+        """Number of flawed triangles that no sharp corner excuses."""
+        return sum(f.excess for f in self.faces)
+
+    @property
+    def worst_skew(self) -> float:
+        """Smallest skewness of all triangles; 90 where there is none."""
+        return min((f.worst_skew for f in self.faces), default=90.0)
+
+    @property
+    def avoidable_skew(self) -> float:
+        """Smallest skewness of the triangles that no sharp corner excuses."""
+        return min((f.avoidable_skew for f in self.faces), default=90.0)
+
+    @property
+    def mean_skew(self) -> float:
+        """Mean skewness of all triangles."""
+        return sum(f.mean_skew * f.triangles for f in self.faces) / max(self.triangles, 1)
+
+    @property
+    def worst_aspect_ratio(self) -> float:
+        """Largest aspect ratio of all triangles; 1 where there is none."""
+        return max((f.worst_aspect_ratio for f in self.faces), default=1.0)
+
+    @property
+    def min_angle(self) -> float:
+        """Smallest angle of all triangles."""
+        return min((f.min_angle for f in self.faces), default=60.0)
+
+    @property
+    def max_angle(self) -> float:
+        """Largest angle of all triangles."""
+        return max((f.max_angle for f in self.faces), default=60.0)
+
+    @property
+    def area_error(self) -> float:
+        """Largest relative area error of a face."""
+        return max((f.area_error for f in self.faces), default=0.0)
+
+    @property
+    def boundary_distance(self) -> float:
+        """Largest distance of a boundary node from its CAD edge."""
+        return max((f.boundary_distance for f in self.faces), default=0.0)
+
+    @property
+    def chord_error(self) -> float:
+        """Largest distance between a boundary segment and its curve."""
+        return max((f.chord_error for f in self.faces), default=0.0)
 
 
 @dataclass(frozen=True)

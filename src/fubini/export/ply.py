@@ -1,0 +1,16 @@
+"""Binary PLY: single precision, with the face property ``face`` (CAD face index)."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from fubini.export.convert import to_trimesh
+
+if TYPE_CHECKING:
+    from fubini.mesh import Mesh
+
+
+def write(mesh: Mesh, path: Path) -> None:
+    """Write ``mesh`` to the new file ``path``."""
+    path.write_bytes(to_trimesh(mesh).export(file_type="ply"))

@@ -1,0 +1,102 @@
+"""Suffix to writer; ``save`` and ``save_all``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fubini.errors import ExportError
+from fubini.export import glb, obj, ply, stl, vtk, vtu
+from fubini.export.atomic import Transaction, check_target
+from fubini.quality import flawed
+
+if TYPE_CHECKING:
+    from fubini.mesh import Mesh
+
+#: Suffix (lower case) to the function that writes a mesh to a new file at the given path.
+WRITERS: dict[str, Callable[[Mesh, Path], None]] = {
+    ".stl": stl.write,
+    ".obj": obj.write,
+    ".ply": ply.write,
+    ".glb": glb.write,
+    ".vtu": vtu.write,
+    ".vtk": vtk.write,
+}
+
+#: Formats that keep coordinates in single precision.
+FLOAT32_SUFFIXES = frozenset({".stl", ".ply", ".glb"})
+
+
+def formats() -> tuple[str, ...]:
+    """Suffixes that can be written, sorted.
+
+    >>> formats()
+    ('.glb', '.obj', '.ply', '.stl', '.vtk', '.vtu')
+    """
+    return tuple(sorted(WRITERS))
+
+
+def check_path(path: str | Path) -> None:
+    """Raise ``ExportError`` where ``save`` would fail for the path alone; writes nothing."""
+    _writer(path)
+    check_target(path)
+
+
+def save(mesh: Mesh, path: str | Path) -> None:
+    """Write the mesh to ``path``; the suffix picks the format. The same mesh gives the same bytes.
+
+    Raises
+    ------
+    ExportError : unknown suffix, or the file cannot be written; nothing half-written stays behind.
+    """
+    save_all(mesh, [path])
+
+
+def save_all(mesh: Mesh, paths: Sequence[str | Path], transaction: Transaction | None = None) -> None:
+    """Write the mesh to every path, or to none; within ``transaction`` where one is given."""
+    writers = [_writer(path) for path in paths]
+    if transaction is None:
+        with Transaction() as own:
+            _stage_all(mesh, paths, writers, own)
+    else:
+        _stage_all(mesh, paths, writers, transaction)
+
+
+def flawed_after_rounding(mesh: Mesh) -> int:
+    """How many more triangles are flawed once the coordinates are single precision.
+
+    Small triangles far from the origin lose their shape in STL, PLY and GLB; .obj, .vtk and .vtu keep
+    double precision.
+    """
+    limits = (mesh.certificate.min_skew, mesh.certificate.max_aspect_ratio)
+    rounded = mesh.points.astype(np.float32).astype(np.float64)
+    after = int(flawed(rounded[mesh.triangles], *limits).sum())
+    return max(0, after - mesh.certificate.flawed)
+
+
+def _writer(path: str | Path) -> Callable[[Mesh, Path], None]:
+    suffix = Path(path).suffix.lower()
+    if suffix not in WRITERS:
+        what = f"unknown suffix {suffix!r}" if suffix else "the path has no suffix"
+        raise ExportError(what, file=str(path), fix="use one of " + ", ".join(formats()))
+    return WRITERS[suffix]
+
+
+def _stage_all(
+    mesh: Mesh,
+    paths: Sequence[str | Path],
+    writers: Sequence[Callable[[Mesh, Path], None]],
+    transaction: Transaction,
+) -> None:
+    for path, writer in zip(paths, writers, strict=True):
+        temporary = transaction.stage(path)
+        try:
+            writer(mesh, temporary)
+        except ExportError as error:
+            raise ExportError(error.message, file=str(path), fix=error.fix) from error
+        except OSError as error:
+            reason = error.strerror or str(error)
+            raise ExportError(f"cannot be written: {reason}", file=str(path)) from error

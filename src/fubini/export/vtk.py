@@ -1,0 +1,16 @@
+"""Legacy VTK: double precision, binary, with the cell data array ``face``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from fubini.export.convert import to_meshio
+
+if TYPE_CHECKING:
+    from fubini.mesh import Mesh
+
+
+def write(mesh: Mesh, path: Path) -> None:
+    """Write ``mesh`` to the new file ``path``."""
+    to_meshio(mesh).write(path, file_format="vtk42", binary=True)
