@@ -1,0 +1,308 @@
+"""Where two parts of a boundary cross or touch.
+
+Pairs of monotone parts are halved until a strip around each (the chord, widened by the height of
+the arc over it) shows that they stay apart, or that they meet. Strips thin out with the square of
+their length, so that even a cusp keeps only a few pairs alive at every step.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fubini.region.parts import Parts, close_pairs
+
+Float = NDArray[np.float64]
+Int = NDArray[np.int64]
+Bool = NDArray[np.bool_]
+
+#: Halvings of a part before the search gives up on a pair (2^-44 of a curve is below rounding).
+_DEPTH = 44
+
+#: More pieces than this alive for one pair of parts: they run along each other.
+_CROWD = 600
+
+#: Contacts nearer than this along the loop (times the diagonal) are one joint with its tiny edges.
+_NEIGHBOURS = 1e-6
+
+#: Joints taper off into a cusp: up to this long (times the diagonal) ...
+_CUSP_LENGTH = 2e-3
+
+#: ... and this thin (times the diagonal), ends that cross within the accuracy of CAD are no fault.
+_CUSP_WIDTH = 1e-7
+
+
+@dataclass(frozen=True)
+class Contact:
+    """Parts ``a`` and ``b`` meet at ``place`` (2,), at parameters ``ta`` and ``tb`` of their curves."""
+
+    a: int
+    b: int
+    ta: float
+    tb: float
+    place: Float
+    crossing: bool
+
+
+@dataclass(frozen=True)
+class _Pairs:
+    """Pieces [a0, a1] of part ``a`` and [b0, b1] of part ``b``, one pair a row."""
+
+    a: Int
+    a0: Float
+    a1: Float
+    b: Int
+    b0: Float
+    b1: Float
+
+    def select(self, keep: Bool | Int) -> _Pairs:
+        return _Pairs(*(getattr(self, f)[keep] for f in ("a", "a0", "a1", "b", "b0", "b1")))
+
+    def halved(self) -> _Pairs:
+        """All four combinations of the halves."""
+        am, bm = 0.5 * (self.a0 + self.a1), 0.5 * (self.b0 + self.b1)
+        quarters = [
+            _Pairs(self.a, a0, a1, self.b, b0, b1)
+            for a0, a1 in ((self.a0, am), (am, self.a1))
+            for b0, b1 in ((self.b0, bm), (bm, self.b1))
+        ]
+        return _Pairs(
+            *(np.concatenate([getattr(q, f) for q in quarters]) for f in ("a", "a0", "a1", "b", "b0", "b1"))
+        )
+
+    def __len__(self) -> int:
+        return len(self.a)
+
+
+@dataclass(frozen=True)
+class _Strip:
+    """Five points (n, 5, 2) of each piece, its chord (n, 2) and its height (n,) over the chord."""
+
+    points: Float
+    chord: Float
+    height: Float
+
+    @property
+    def length(self) -> Float:
+        return np.hypot(self.chord[:, 0], self.chord[:, 1])
+
+
+def find_contacts(parts: Parts, tolerance: float, diagonal: float) -> list[Contact]:
+    """At most one contact for every pair of parts that meet other than at their joint."""
+    found: list[Contact] = []
+    for a, b in close_pairs(parts, tolerance):
+        near = _neighbours(parts, a, b, _NEIGHBOURS * diagonal)
+        pairs = _Pairs(a, parts.t0[a], parts.t1[a], b, parts.t0[b], parts.t1[b])
+        for group, slack in ((~near, tolerance), (near, 0.0)):
+            found += _search(parts, pairs.select(group), slack, tolerance, diagonal)
+    found.sort(key=lambda c: (c.a, c.b))
+    return [c for c in found if not _is_joint(parts, c, diagonal)]
+
+
+def _search(parts: Parts, pairs: _Pairs, slack: float, tolerance: float, diagonal: float) -> list[Contact]:
+    found: list[Contact] = []
+    for _ in range(_DEPTH):
+        if not len(pairs):
+            break
+        a, b = _strip(parts, pairs.a, pairs.a0, pairs.a1), _strip(parts, pairs.b, pairs.b0, pairs.b1)
+        alive = ~_apart(a, b, slack) & ~_only_joint(parts, pairs, a, b, 0.1 * _NEIGHBOURS * diagonal)
+        pairs, a, b = pairs.select(alive), _pick(a, alive), _pick(b, alive)
+        meets, crossing = _meets(a, b, tolerance if slack > 0.0 else -1.0)
+        new = _contacts(parts, pairs, a, b, meets, crossing)
+        found += new
+        pairs = _without(parts, pairs, new)
+        pairs, crowded = _thin_out(parts, pairs, tolerance)
+        found += crowded
+        pairs = pairs.halved()
+    return found
+
+
+def _strip(parts: Parts, part: Int, t0: Float, t1: Float) -> _Strip:
+    t = t0[:, None] + (t1 - t0)[:, None] * np.linspace(0.0, 1.0, 5)
+    t[:, 4] = t1
+    points = np.empty((len(part), 5, 2))
+    numbers = parts.curve[part]
+    for c in np.unique(numbers):
+        mine = np.flatnonzero(numbers == c)
+        points[mine] = np.asarray(parts.curves[c].point(t[mine].ravel()), float).reshape(-1, 5, 2)
+    chord = points[:, 4] - points[:, 0]
+    length = np.maximum(np.hypot(chord[:, 0], chord[:, 1]), np.finfo(float).tiny)
+    inner = points[:, 1:4] - points[:, :1]
+    height = np.abs(inner[..., 0] * chord[:, None, 1] - inner[..., 1] * chord[:, None, 0]).max(axis=1) / length
+    height[parts.straight[part]] = 0.0
+    return _Strip(points, chord, height)
+
+
+def _pick(strip: _Strip, keep: Bool) -> _Strip:
+    return _Strip(strip.points[keep], strip.chord[keep], strip.height[keep])
+
+
+def _apart(a: _Strip, b: _Strip, slack: float) -> Bool:
+    """Whether some line keeps the strips more than ``slack`` apart (separating axes)."""
+    apart = np.zeros(len(a.height), dtype=bool)
+    pad = 0.5 * (a.height + b.height) + slack
+    x, y = np.array([1.0, 0.0]), np.array([0.0, 1.0])
+    for chord in (a.chord, b.chord, x, y):
+        axis = np.broadcast_to(chord, a.chord.shape)
+        length = np.maximum(np.hypot(axis[:, 0], axis[:, 1]), np.finfo(float).tiny)[:, None]
+        for unit in (axis / length, np.stack([-axis[:, 1], axis[:, 0]], axis=1) / length):
+            u = np.einsum("nkd,nd->nk", a.points, unit)
+            v = np.einsum("nkd,nd->nk", b.points, unit)
+            apart |= (u.min(axis=1) - v.max(axis=1) > pad) | (v.min(axis=1) - u.max(axis=1) > pad)
+    return apart
+
+
+def _only_joint(parts: Parts, pairs: _Pairs, a: _Strip, b: _Strip, short: float) -> Bool:
+    """Whether the pieces share the joint of their parts and lie in different sectors around it."""
+    done = np.zeros(len(pairs), dtype=bool)
+    ahead = (parts.following[pairs.a] == pairs.b) & (pairs.a1 == parts.t1[pairs.a]) & (pairs.b0 == parts.t0[pairs.b])
+    behind = (parts.following[pairs.b] == pairs.a) & (pairs.b1 == parts.t1[pairs.b]) & (pairs.a0 == parts.t0[pairs.a])
+    for joint, sign in ((ahead & ~behind, 1.0), (behind & ~ahead, -1.0)):
+        u, v = -sign * a.chord, sign * b.chord
+        between = np.abs(np.arctan2(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0], (u * v).sum(axis=1)))
+        done |= joint & ((between > _swing(a) + _swing(b) + 1e-12) | (np.maximum(a.length, b.length) < short))
+    return done
+
+
+def _swing(strip: _Strip) -> Float:
+    """Bound (n,) on the angle between the chord and a ray from its end to a point of the piece."""
+    return 5.0 * strip.height / np.maximum(strip.length, np.finfo(float).tiny)
+
+
+def _meets(a: _Strip, b: _Strip, tolerance: float) -> tuple[Bool, Bool]:
+    """Which pairs meet for certain (sampled points within ``tolerance``, or a clean crossing); which cross."""
+    p, d, q, e = a.points[:, 0], a.chord, b.points[:, 0], b.chord
+    cross = d[:, 0] * e[:, 1] - d[:, 1] * e[:, 0]
+    between = np.abs(np.arctan2(cross, (d * e).sum(axis=1)))
+    steep = np.minimum(between, np.pi - between) > 4.0 * (_swing(a) + _swing(b)) + 1e-9
+    with np.errstate(divide="ignore", invalid="ignore"):
+        w = q - p
+        s = (w[:, 0] * e[:, 1] - w[:, 1] * e[:, 0]) / cross
+        t = (w[:, 0] * d[:, 1] - w[:, 1] * d[:, 0]) / cross
+        # the arcs stray from their chords: ask for the crossing well inside both
+        margin_a = 2.0 * (a.height + b.height) / (a.length * np.sin(between)) + 1e-12
+        margin_b = 2.0 * (a.height + b.height) / (b.length * np.sin(between)) + 1e-12
+        crossing = steep & (s > margin_a) & (s < 1 - margin_a) & (t > margin_b) & (t < 1 - margin_b)
+    return crossing | (_point_distance(a, b) <= tolerance), crossing
+
+
+def _point_distance(a: _Strip, b: _Strip) -> Float:
+    """Smallest distance (n,) of the sampled points of each to the sampled chords of the other."""
+    best = np.full(len(a.height), np.inf)
+    for first, second in ((a, b), (b, a)):
+        for k in range(4):
+            p, d = second.points[:, None, k], second.points[:, None, k + 1] - second.points[:, None, k]
+            w = first.points - p
+            square = np.maximum((d * d).sum(axis=2), np.finfo(float).tiny)
+            t = np.clip((w * d).sum(axis=2) / square, 0.0, 1.0)
+            off = w - t[..., None] * d
+            # the arc itself strays from its chord by less than this
+            stray = (0.25 * second.height)[:, None]
+            best = np.minimum(best, (np.hypot(off[..., 0], off[..., 1]) + stray).min(axis=1))
+    return best
+
+
+def _contacts(parts: Parts, pairs: _Pairs, a: _Strip, b: _Strip, meets: Bool, crossing: Bool) -> list[Contact]:
+    """The first meeting row of every pair of parts, as contacts."""
+    rows = np.flatnonzero(meets)
+    key = pairs.a[rows] * np.int64(len(parts)) + pairs.b[rows]
+    order = np.lexsort((~crossing[rows], key))
+    _, first = np.unique(key[order], return_index=True)
+    found = []
+    for i in rows[order[first]]:
+        gaps = np.hypot(*(a.points[i][:, None] - b.points[i][None]).reshape(-1, 2).T).reshape(5, 5)
+        j, k = np.unravel_index(int(np.argmin(gaps)), gaps.shape)
+        ta = float(pairs.a0[i] + (pairs.a1[i] - pairs.a0[i]) * 0.25 * j)
+        place, tb = a.points[i, j], float(pairs.b0[i] + (pairs.b1[i] - pairs.b0[i]) * 0.25 * k)
+        contact = Contact(int(pairs.a[i]), int(pairs.b[i]), ta, tb, place, bool(crossing[i]))
+        found.append(_sharpened(contact, a, b, int(i), pairs) if crossing[i] else contact)
+    return found
+
+
+def _sharpened(contact: Contact, a: _Strip, b: _Strip, i: int, pairs: _Pairs) -> Contact:
+    """The same contact at the crossing of the chords."""
+    d, e, w = a.chord[i], b.chord[i], b.points[i, 0] - a.points[i, 0]
+    cross = d[0] * e[1] - d[1] * e[0]
+    s, t = (w[0] * e[1] - w[1] * e[0]) / cross, (w[0] * d[1] - w[1] * d[0]) / cross
+    return replace(
+        contact,
+        place=a.points[i, 0] + s * d,
+        ta=float(pairs.a0[i] + s * (pairs.a1[i] - pairs.a0[i])),
+        tb=float(pairs.b0[i] + t * (pairs.b1[i] - pairs.b0[i])),
+    )
+
+
+def _without(parts: Parts, pairs: _Pairs, found: list[Contact]) -> _Pairs:
+    """The pairs whose parts are not yet known to meet."""
+    known = np.array([c.a * len(parts) + c.b for c in found], dtype=np.int64)
+    return pairs.select(~np.isin(pairs.a * np.int64(len(parts)) + pairs.b, known))
+
+
+def _thin_out(parts: Parts, pairs: _Pairs, tolerance: float) -> tuple[_Pairs, list[Contact]]:
+    """Settle the pairs of parts that run along each other by the distance of points to the curve."""
+    key = pairs.a * np.int64(len(parts)) + pairs.b
+    values, first, count = np.unique(key, return_index=True, return_counts=True)
+    found, settled = [], []
+    for k in np.flatnonzero(count > _CROWD):
+        a, b = int(pairs.a[first[k]]), int(pairs.b[first[k]])
+        t = np.unique(np.concatenate([pairs.a0[key == values[k]], pairs.a1[key == values[k]]]))
+        points = np.asarray(parts.curves[parts.curve[a]].point(t), float)
+        tb, distance = parts.curves[parts.curve[b]].closest(points)
+        inside = (tb >= parts.t0[b]) & (tb <= parts.t1[b])
+        distance = np.where(inside, distance, np.inf)
+        i = int(np.argmin(distance))
+        if distance[i] <= tolerance:
+            found.append(Contact(a, b, float(t[i]), float(tb[i]), points[i], False))
+        if distance[i] <= tolerance or count[k] > 16 * _CROWD:
+            settled.append(values[k])
+    return pairs.select(~np.isin(key, np.array(settled, dtype=np.int64))), found
+
+
+def _neighbours(parts: Parts, a: Int, b: Int, reach: float) -> Bool:
+    """Which parts (a, b) follow each other on one loop, tiny edges between them aside."""
+    length = parts.total[parts.loop[a] * 0 + a]
+    end_a, end_b = _end(parts, a), _end(parts, b)
+    ahead = np.mod(parts.start[b] - end_a, length)
+    behind = np.mod(parts.start[a] - end_b, length)
+    gap = np.minimum(np.minimum(ahead, length - ahead), np.minimum(behind, length - behind))
+    return (parts.loop[a] == parts.loop[b]) & (gap <= reach)
+
+
+def _end(parts: Parts, part: Int) -> Float:
+    """Distance along the loop at which the parts end."""
+    following = parts.following[part]
+    end = parts.start[following]
+    return np.where(end == 0.0, parts.total[part], end)
+
+
+def _is_joint(parts: Parts, contact: Contact, diagonal: float) -> bool:
+    """Whether the parts meet only because a joint lies close by along the loop.
+
+    Ends that run into a cusp may cross within the accuracy of CAD data: such a lens of no width
+    and little length is the joint, too.
+    """
+    a, b = contact.a, contact.b
+    if parts.loop[a] != parts.loop[b]:
+        return False
+    place = []
+    for part, t in ((a, contact.ta), (b, contact.tb)):
+        curve = parts.curves[parts.curve[part]]
+        place.append(float(parts.start[part] + curve.length(float(parts.t0[part]), t)))
+    way = abs(place[1] - place[0])
+    way = min(way, float(parts.total[a]) - way)
+    if way <= _NEIGHBOURS * diagonal:
+        return True
+    if way > _CUSP_LENGTH * diagonal or parts.curve[a] == parts.curve[b]:
+        return False
+    return _width(parts, contact) <= _CUSP_WIDTH * diagonal
+
+
+def _width(parts: Parts, contact: Contact) -> float:
+    """Largest distance from the second curve of the stretch of the first between contact and joint."""
+    curve = parts.curves[parts.curve[contact.a]]
+    other = parts.curves[parts.curve[contact.b]]
+    to_end = np.hypot(*(np.asarray(curve.end) - contact.place)) < np.hypot(*(np.asarray(curve.start) - contact.place))
+    t = np.linspace(contact.ta, 1.0 if to_end else 0.0, 9)
+    return float(other.closest(np.asarray(curve.point(t), float))[1].max())
