@@ -71,11 +71,11 @@ class TriangleFigures:
 
 def triangle_figures(points: Float, triangles: Int) -> TriangleFigures:
     """All figures of triangles (m, 3) of points (n, 3) from their squared sides and one cross product."""
-    a, b, c = (points[triangles[:, i]] for i in range(3))
+    a, b, c = (np.ascontiguousarray(points[triangles[:, i]].T) for i in range(3))
     u, v, w = b - a, c - a, c - b
-    normals = np.cross(u, v)
-    double = np.sqrt(np.einsum("ij,ij->i", normals, normals))
-    squares = np.stack([np.einsum("ij,ij->i", e, e) for e in (u, v, w)])
+    normals = u[[1, 2, 0]] * v[[2, 0, 1]] - u[[2, 0, 1]] * v[[1, 2, 0]]
+    double = np.sqrt((normals * normals).sum(0))
+    squares = np.stack([(e * e).sum(0) for e in (u, v, w)])
     total, low, high = squares.sum(0), squares.min(0), squares.max(0)
     middle = total - low - high
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -86,7 +86,7 @@ def triangle_figures(points: Float, triangles: Int) -> TriangleFigures:
     skew[double == 0.0] = 0.0
     least = np.degrees(np.arctan2(2.0 * double, middle + high - low))
     greatest = np.degrees(np.arctan2(2.0 * double, low + middle - high))
-    return TriangleFigures(normals, skew, aspect, least, greatest)
+    return TriangleFigures(normals.T, skew, aspect, least, greatest)
 
 
 def certify_face(
@@ -118,13 +118,14 @@ def certify_face(
     flaws = _find_flaws(face, points, triangles, shape, outline, (min_skew, max_aspect_ratio))
     boundary = _boundary_figures(face, points, outline, evaluate)
     area = float(face.area if face.area is not None else face.region.area)
-    mesh_area = 0.5 * float((shape.normals @ face.frame.normal).sum())
+    normal = face.frame.normal
+    mesh_area = 0.5 * float((shape.normals @ normal).sum())
     reasons = [
         *_flaw_reasons(flaws, shape),
         *_boundary_reasons(boundary, points, outline, diagonal),
         *_cover_reasons(outline),
         *_area_reasons(area, mesh_area, boundary, outline),
-        *_shape_reasons(face, points, triangles, shape, outline, diagonal),
+        *_shape_reasons(face, normal, points, triangles, shape, outline, diagonal),
     ]
     return FaceCertificate(
         face=face.index,
@@ -297,15 +298,21 @@ def _area_reasons(area: float, mesh_area: float, boundary: _Boundary, outline: O
 
 
 def _shape_reasons(
-    face: Face, points: Float, triangles: Int, shape: TriangleFigures, outline: Outline, diagonal: float
+    face: Face,
+    normal: Float,
+    points: Float,
+    triangles: Int,
+    shape: TriangleFigures,
+    outline: Outline,
+    diagonal: float,
 ) -> list[str]:
     """Triangles upside down, nodes off the plane, edges that do not close up."""
     reasons = []
-    inverted = np.flatnonzero(shape.normals @ face.frame.normal <= 0.0)
+    inverted = np.flatnonzero(shape.normals @ normal <= 0.0)
     if len(inverted):
         at = _text(points[triangles[inverted[0]]].mean(0))
         reasons.append(f"{len(inverted)} triangles have no area or lie upside down, the first at {at}")
-    height = np.abs((points[triangles] - face.frame.origin) @ face.frame.normal)
+    height = np.abs((points[triangles] - face.frame.origin) @ normal)
     if height.max() > FLAT * diagonal + face.tolerance + outline.slack:
         at = _text(points[triangles].reshape(-1, 3)[height.argmax()])
         reasons.append(f"a node lies {height.max():.2g} off the plane of the face at {at}")
