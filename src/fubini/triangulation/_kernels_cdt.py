@@ -1,0 +1,397 @@
+"""Constrained Delaunay triangulation of a region in one compiled call.
+
+Inside, vertices are numbered by *rank*, their place along a Hilbert curve, so that neighbours in the plane are
+neighbours in memory; ranks n, n + 1, n + 2 are the corners of a far triangle around all points. As the
+segments of a closed boundary separate those corners from the region, they leave no trace in it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fubini._jit import kernel
+from fubini._kernels_predicates import orient
+from fubini.triangulation._kernels_order import hilbert_order
+from fubini.triangulation._kernels_topology import (
+    DONE,
+    edge_is_illegal,
+    find_edge,
+    flip,
+    legalise,
+    locate,
+    split_triangle,
+)
+
+#: The far corners lie this many extents away: then a hull edge is missing only where the hull is nearly flat.
+FAR = 1024.0
+
+#: Ways in which segments fail to enclose a region (bits of the status of ``cdt``).
+LEAKED, CONTRADICTED, EXHAUSTED = 1, 2, 4
+
+
+@kernel
+def bounding_square(points):
+    """(low x, low y, extent) of the points; extent is positive."""
+    low_x, low_y = points[0, 0], points[0, 1]
+    high_x, high_y = low_x, low_y
+    for i in range(points.shape[0]):
+        low_x, high_x = min(low_x, points[i, 0]), max(high_x, points[i, 0])
+        low_y, high_y = min(low_y, points[i, 1]), max(high_y, points[i, 1])
+    extent = max(high_x - low_x, high_y - low_y)
+    return low_x, low_y, extent if extent > 0.0 else 1.0
+
+
+@kernel
+def ranked_points(points, order, low_x, low_y, extent):
+    """(n + 3, 2): the points in the given order, then the far corners."""
+    n = points.shape[0]
+    ranked = np.empty((n + 3, 2))
+    for rank in range(n):
+        ranked[rank, 0], ranked[rank, 1] = points[order[rank], 0], points[order[rank], 1]
+    far = FAR * extent
+    ranked[n, 0], ranked[n, 1] = low_x - far, low_y - far
+    ranked[n + 1, 0], ranked[n + 1, 1] = low_x + far, low_y - far
+    ranked[n + 2, 0], ranked[n + 2, 1] = low_x, low_y + far
+    return ranked
+
+
+@kernel
+def legalise_star(points, triangles, neighbours, vertex_triangle, t):
+    """Flip the rim of the star of corner 0 of t until it is Delaunay; corner 0 of all its triangles is that vertex."""
+    first = triangles[t, 1]
+    for _ in range(4 * triangles.shape[0]):
+        if edge_is_illegal(points, triangles, neighbours, t, 0):
+            flip(triangles, neighbours, vertex_triangle, t, 0)
+        elif triangles[t, 2] == first:
+            return
+        else:
+            t = np.int64(neighbours[t, 1])
+
+
+@kernel
+def insert_all(points, triangles, neighbours, vertex_triangle, order):
+    """Delaunay triangulation of the ranked points inside the far triangle; returns the number of triangles.
+
+    Of points with equal coordinates one is inserted, under the lowest index (``order`` is changed for that); the
+    others keep -1 in vertex_triangle.
+    """
+    n = order.shape[0]
+    for i in range(3):
+        triangles[0, i], neighbours[0, i] = n + i, -1
+        vertex_triangle[n + i] = 0
+    count = 1
+    t = np.int64(0)
+    for p in range(n):
+        x, y = points[p, 0], points[p, 1]
+        t, _ = locate(points, triangles, neighbours, t, x, y, triangles.shape[0])
+        twin = np.int64(-1)
+        for i in range(3):
+            v = np.int64(triangles[t, i])
+            if points[v, 0] == x and points[v, 1] == y:
+                twin = v
+        if twin >= 0:
+            vertex_triangle[p] = -1
+            if order[p] < order[twin]:
+                order[p], order[twin] = order[twin], order[p]
+            continue
+        split_triangle(triangles, neighbours, vertex_triangle, t, p, count, count + 1)
+        count += 2
+        legalise_star(points, triangles, neighbours, vertex_triangle, t)
+    return count
+
+
+@kernel
+def crossing_edges(points, triangles, neighbours, vertex_triangle, a, b, queue):
+    """Collect the edges (right end, left end) that the segment from a to b crosses into queue (room, 2).
+
+    Returns their number, or -1 where a vertex lies on the segment or a segment stops the walk. Turns about a to the
+    triangle that b is seen through, then goes from triangle to triangle.
+    """
+    ax, ay, bx, by = points[a, 0], points[a, 1], points[b, 0], points[b, 1]
+    t = np.int64(vertex_triangle[a])
+    i = 0
+    seen = False
+    for _ in range(triangles.shape[0]):
+        i = 0 if triangles[t, 0] == a else (1 if triangles[t, 1] == a else 2)
+        right, left = triangles[t, (i + 1) % 3], triangles[t, (i + 2) % 3]
+        side = orient(ax, ay, bx, by, points[right, 0], points[right, 1])
+        ahead = (bx - ax) * (points[right, 0] - ax) + (by - ay) * (points[right, 1] - ay)
+        if side == 0.0 and ahead > 0.0:
+            return -1
+        if side < 0.0 and orient(ax, ay, bx, by, points[left, 0], points[left, 1]) > 0.0:
+            seen = True
+            break
+        t = np.int64(neighbours[t, (i + 1) % 3])
+        if t < 0:
+            return -1
+    if not seen:
+        return -1
+    for count in range(queue.shape[0]):
+        queue[count, 0], queue[count, 1] = triangles[t, (i + 1) % 3], triangles[t, (i + 2) % 3]
+        u = np.int64(neighbours[t, i])
+        if u < 0:
+            return -1
+        j = 0 if neighbours[u, 0] == t else (1 if neighbours[u, 1] == t else 2)
+        d = triangles[u, j]
+        if d == b:
+            return count + 1
+        side = orient(ax, ay, bx, by, points[d, 0], points[d, 1])
+        if side == 0.0:
+            return -1
+        t, i = u, (j + 1) % 3 if side > 0.0 else (j + 2) % 3
+    return -1
+
+
+@kernel
+def recover_segment(points, triangles, neighbours, vertex_triangle, a, b, queue, touched):
+    """Make a - b an edge by flipping the edges that cross it (Sloan 1993); returns whether that succeeded.
+
+    A crossing edge whose two triangles form no strictly convex quadrilateral waits at the end of the queue. Changed
+    triangles are marked in touched (cap,) uint8.
+    """
+    ax, ay, bx, by = points[a, 0], points[a, 1], points[b, 0], points[b, 1]
+    count = crossing_edges(points, triangles, neighbours, vertex_triangle, a, b, queue)
+    room = queue.shape[0]
+    head = 0
+    for _ in range(16 * count * count + 16):
+        if count <= 0:
+            break
+        right, left = np.int64(queue[head, 0]), np.int64(queue[head, 1])
+        head = (head + 1) % room
+        count -= 1
+        edge = find_edge(triangles, neighbours, vertex_triangle, right, left)
+        if edge < 0:
+            return False
+        t, i = edge // 3, edge % 3
+        u = np.int64(neighbours[t, i])
+        j = 0 if neighbours[u, 0] == t else (1 if neighbours[u, 1] == t else 2)
+        p, d = triangles[t, i], triangles[u, j]
+        px, py, dx, dy = points[p, 0], points[p, 1], points[d, 0], points[d, 1]
+        behind = (head + count) % room
+        if (
+            orient(px, py, points[right, 0], points[right, 1], dx, dy) <= 0.0
+            or orient(px, py, dx, dy, points[left, 0], points[left, 1]) <= 0.0
+        ):
+            queue[behind, 0], queue[behind, 1] = right, left
+            count += 1
+            continue
+        flip(triangles, neighbours, vertex_triangle, t, i)
+        touched[t], touched[u] = 1, 1
+        p_left = orient(ax, ay, bx, by, px, py)
+        d_left = orient(ax, ay, bx, by, dx, dy)
+        if p_left * d_left < 0.0:
+            queue[behind, 0], queue[behind, 1] = (d, p) if p_left > 0.0 else (p, d)
+            count += 1
+    return count == 0
+
+
+@kernel
+def recover_all(points, triangles, neighbours, vertex_triangle, segments, rank, count, half_edge, touched):
+    """Make every segment (k, 2) an edge where that is possible; write its half-edge or -1 into half_edge (k,).
+
+    Of two segments that cross each other the earlier one is lost. Returns the number of segments that had to be flipped in.
+    """
+    flipped = 0
+    queue = np.empty((0, 2), np.int32)
+    for s in range(segments.shape[0]):
+        a, b = np.int64(rank[segments[s, 0]]), np.int64(rank[segments[s, 1]])
+        half_edge[s] = -1
+        if a == b or vertex_triangle[a] < 0 or vertex_triangle[b] < 0:
+            continue
+        half_edge[s] = find_edge(triangles, neighbours, vertex_triangle, a, b)
+        if half_edge[s] < 0:
+            if queue.shape[0] == 0:
+                queue = np.empty((2 * count, 2), np.int32)
+            recover_segment(points, triangles, neighbours, vertex_triangle, a, b, queue, touched)
+            flipped += 1
+    if flipped > 0:
+        for s in range(segments.shape[0]):
+            a, b = np.int64(rank[segments[s, 0]]), np.int64(rank[segments[s, 1]])
+            if a != b and vertex_triangle[a] >= 0 and vertex_triangle[b] >= 0:
+                half_edge[s] = find_edge(triangles, neighbours, vertex_triangle, a, b)
+    return flipped
+
+
+@kernel
+def cut_segments(neighbours, half_edge):
+    """Replace neighbours across the segments (k,) by codes: ``-1 - s`` on the left, ``-1 - k - s`` on the right.
+
+    Half-edges that an earlier segment holds already become -1.
+    """
+    k = half_edge.shape[0]
+    for s in range(k):
+        if half_edge[s] < 0:
+            continue
+        t, i = half_edge[s] // 3, half_edge[s] % 3
+        u = neighbours[t, i]
+        if u < 0 and u >= -k:
+            half_edge[s] = -1
+            continue
+        neighbours[t, i] = -1 - s
+        if u >= 0:
+            for j in range(3):
+                if neighbours[u, j] == t:
+                    neighbours[u, j] = -1 - k - s
+
+
+@kernel
+def find_cuts(neighbours, half_edge, count):
+    """Set half_edge (k,) again from the codes on the left of the segments."""
+    k = half_edge.shape[0]
+    for t in range(count):
+        for i in range(3):
+            u = neighbours[t, i]
+            if u < 0 and u >= -k and half_edge[-1 - u] >= 0:
+                half_edge[-1 - u] = 3 * t + i
+
+
+@kernel
+def restore_delaunay(points, triangles, neighbours, vertex_triangle, count, touched):
+    """Legalise around the touched triangles, segments being cut; returns DONE or OUT_OF_BUDGET."""
+    stack = np.empty(16 * count + 64, np.int32)
+    waiting = 0
+    for t in range(count):
+        if touched[t]:
+            stack[waiting] = t
+            waiting += 1
+    report, _ = legalise(points, triangles, neighbours, vertex_triangle, stack, waiting)
+    return report
+
+
+@kernel
+def flood(triangles, neighbours, half_edge, count, n):
+    """Number the triangles reached from the left of the segments: (count,) int32, -1 for others; and how many.
+
+    Stops at cut edges and at triangles that have a far corner (ranks from n on). Numbers follow the slots.
+    """
+    number = np.empty(count, np.int32)
+    for t in range(count):
+        far = triangles[t, 0] >= n or triangles[t, 1] >= n or triangles[t, 2] >= n
+        number[t] = -2 if far else -1
+    stack = np.empty(count, np.int32)
+    for s in range(half_edge.shape[0]):
+        t = half_edge[s] // 3
+        if half_edge[s] < 0 or number[t] != -1:
+            continue
+        stack[0], number[t] = t, 0
+        waiting = 1
+        while waiting > 0:
+            waiting -= 1
+            t = np.int64(stack[waiting])
+            for i in range(3):
+                u = neighbours[t, i]
+                if u >= 0 and number[u] == -1:
+                    stack[waiting], number[u] = u, 0
+                    waiting += 1
+    kept = 0
+    for t in range(count):
+        if number[t] == 0:
+            number[t] = kept
+            kept += 1
+        else:
+            number[t] = -1
+    return number, kept
+
+
+@kernel
+def compact(triangles, neighbours, number, kept, order, k):
+    """The kept triangles with points by index: triangles (m, 3), neighbours (m, 3), status bits.
+
+    An edge without a segment towards a triangle that is not kept gets ``-1 - k`` (LEAKED); one on the right of a
+    segment whose left lies outside gets that segment's code (CONTRADICTED).
+    """
+    out, across = np.empty((kept, 3), np.int32), np.empty((kept, 3), np.int32)
+    leaked, contradicted = 0, 0
+    for t in range(number.shape[0]):
+        m = number[t]
+        if m < 0:
+            continue
+        for i in range(3):
+            out[m, i] = order[triangles[t, i]]
+            u = neighbours[t, i]
+            if u >= 0:
+                u = number[u]
+                if u < 0:
+                    u = -1 - k
+                    leaked = LEAKED
+            elif u < -k:
+                u += k
+                contradicted = CONTRADICTED
+            across[m, i] = u
+    return out, across, leaked | contradicted
+
+
+@kernel
+def drop_unused(triangles, n, fixed):
+    """Renumber the vertices of triangles (m, 3) in place without the unused ones from ``fixed`` on; returns those."""
+    number = np.zeros(n, np.int32)
+    for t in range(triangles.shape[0]):
+        for i in range(3):
+            number[triangles[t, i]] = 1
+    used = fixed
+    for v in range(fixed, n):
+        used += number[v]
+    dropped = np.empty(n - used, np.int32)
+    if used == n:
+        return dropped
+    count = 0
+    for v in range(n):
+        if v >= fixed and number[v] == 0:
+            dropped[count] = v
+            count += 1
+        number[v] = v - count
+    for t in range(triangles.shape[0]):
+        for i in range(3):
+            triangles[t, i] = number[triangles[t, i]]
+    return dropped
+
+
+@kernel
+def missing(half_edge):
+    """Indices (int32) of the segments without a half-edge."""
+    lost = np.empty(half_edge.shape[0], np.int32)
+    count = 0
+    for s in range(half_edge.shape[0]):
+        if half_edge[s] < 0:
+            lost[count] = s
+            count += 1
+    return lost[:count].copy()
+
+
+@kernel
+def cdt(points, segments, fixed):
+    """Constrained Delaunay triangulation of the region on the left of the segments.
+
+    points : (n, 2), finite, n > 0. segments : (k, 2) int32, indices of points. fixed : the first so many points stay
+    even where no triangle uses them.
+
+    Returns triangles (m, 3), neighbours (m, 3), dropped (d,) indices of points that are left out, unrecovered (u,)
+    indices of segments that are no edges, and the status (bits LEAKED, CONTRADICTED, EXHAUSTED).
+    """
+    n = points.shape[0]
+    low_x, low_y, extent = bounding_square(points)
+    order = hilbert_order(points, low_x, low_y, extent)
+    ranked = ranked_points(points, order, low_x, low_y, extent)
+    triangles = np.empty((2 * n + 1, 3), np.int32)
+    neighbours = np.empty((2 * n + 1, 3), np.int32)
+    vertex_triangle = np.empty(n + 3, np.int32)
+    count = insert_all(ranked, triangles, neighbours, vertex_triangle, order)
+    rank = np.empty(n, np.int32)
+    for r in range(n):
+        rank[order[r]] = r
+    half_edge = np.empty(segments.shape[0], np.int64)
+    touched = np.zeros(count, np.uint8)
+    status = 0
+    flipped = recover_all(
+        ranked, triangles, neighbours, vertex_triangle, segments, rank, count, half_edge, touched
+    )
+    cut_segments(neighbours, half_edge)
+    if flipped > 0:
+        report = restore_delaunay(ranked, triangles, neighbours, vertex_triangle, count, touched)
+        status = EXHAUSTED if report != DONE else 0
+        # legalising moved edges between slots: a cut edge knows its segment
+        find_cuts(neighbours, half_edge, count)
+    number, kept = flood(triangles, neighbours, half_edge, count, n)
+    out, across, leaks = compact(triangles, neighbours, number, kept, order, segments.shape[0])
+    dropped = drop_unused(out, n, fixed)
+    return out, across, dropped, missing(half_edge), status | leaks

@@ -1,0 +1,55 @@
+"""Constrained Delaunay triangulation of a region."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from fubini.errors import GeometryError, OptionError
+from fubini.triangulation._kernels_cdt import CONTRADICTED, LEAKED, cdt
+from fubini.triangulation.value import Boundary, Triangulation
+
+
+def constrained_delaunay(points: ArrayLike, boundary: Boundary) -> Triangulation:
+    """Triangulate the region on the left of the boundary's segments with the given points.
+
+    The result holds every segment as an edge of one triangle, and each triangle's circle holds no vertex that can be
+    seen from inside the triangle. Of cocircular points any triangulation may come out, always the same.
+
+    Parameters
+    ----------
+    points : (n, 2), the boundary's nodes first and in its order, then interior points.
+    boundary : nodes and segments of the region.
+
+    Returns
+    -------
+    Triangulation. ``dropped`` names interior points that are left out, because they equal an earlier point or
+    lie outside the region; ``unrecovered`` names segments that could not be made edges, because a point lies on
+    them, they cross another segment, or an end equals another point.
+
+    Raises
+    ------
+    GeometryError : all segments are edges and yet enclose no region (loops open or of the wrong sense).
+    OptionError : points that are not finite, or fewer than the boundary has.
+    """
+    xy = np.array(points, np.float64, order="C", ndmin=2)
+    fixed = len(boundary.points)
+    if xy.ndim != 2 or xy.shape[1:] != (2,) or len(xy) < max(fixed, 3):
+        raise OptionError(f"points must be (n, 2) with n >= {max(fixed, 3)}, not {xy.shape}")
+    if not np.isfinite(xy).all():
+        raise OptionError("points must be finite")
+    segments = np.array(boundary.segments, np.int32, order="C")
+    if segments.size and (segments.min() < 0 or segments.max() >= len(xy)):
+        raise OptionError("segments must be indices of points")
+    triangles, neighbours, dropped, unrecovered, status = cdt(xy, segments, fixed)
+    if status & (LEAKED | CONTRADICTED) and not len(unrecovered):
+        raise GeometryError(
+            "the segments do not enclose a region on their left",
+            at=xy[segments[0, 0]],
+            fix="close the loops; outer loop counter-clockwise, holes clockwise",
+        )
+    if len(dropped):
+        xy = np.delete(xy, dropped, axis=0)
+    for array in (xy, triangles, neighbours, dropped, unrecovered):
+        array.flags.writeable = False
+    return Triangulation(xy, triangles, neighbours, boundary, unrecovered, dropped)
