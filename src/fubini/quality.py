@@ -83,13 +83,15 @@ def flawed(
     return (skewness(p) <= min_skew) | (aspect_ratios(p) >= max_aspect_ratio)
 
 
-def corner_limit(min_skew: float = MIN_SKEW) -> float:
-    """Smallest corner angle in degrees that a triangle of skewness ``min_skew`` can fill.
+def corner_limit(min_skew: float = MIN_SKEW, max_aspect_ratio: float = MAX_ASPECT_RATIO) -> float:
+    """Smallest corner angle in degrees that one triangle within both bounds can fill.
 
     The best triangle for a sharp corner is isosceles with apex ``a``; with ``c = cot(a/2)`` its
     angles give ``cot a - cot(90 - a/2) = (c - 3/c) / 2``, so the bound ``2 / (...) = tan(min_skew)``
-    is a quadratic in ``c``. 24.295 degrees at 45 (method.md, section 5).
+    is a quadratic in ``c``; so is ``1 / (4 s (1 - s)) = max_aspect_ratio`` in ``s = sin(a/2)``, which
+    decides only below 1.505 when ``min_skew`` is 45. 24.295 degrees by default (docs, theory of quality).
     """
     k = 2.0 / math.tan(math.radians(min_skew))
     c = k + math.sqrt(k * k + 3.0)
-    return 2.0 * math.degrees(math.atan(1.0 / c))
+    s = 0.5 * (1.0 - math.sqrt(max(0.0, 1.0 - 1.0 / max_aspect_ratio)))
+    return 2.0 * math.degrees(max(math.atan(1.0 / c), math.asin(s)))

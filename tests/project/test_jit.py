@@ -1,0 +1,84 @@
+"""The cache of compiled kernels: never stale, never in the way."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import fubini
+
+RUN = """
+import fubini._jit as jit, numpy as np
+from fubini.tracks import TrackBuilder, evaluate, _kernels
+builder = TrackBuilder()
+builder.add(0, (0, 0), (2, 4))
+assert evaluate(builder.build(), 0, 0.5).tolist() == [[1, 2]]
+stats = _kernels.evaluate_many.stats
+print(jit.source_digest(), sum(stats.cache_hits.values()), sum(stats.cache_misses.values()))
+"""
+
+
+@pytest.fixture
+def package(tmp_path):
+    """A copy of the package whose sources may be changed."""
+    return shutil.copytree(
+        Path(fubini.__file__).parent, tmp_path / "src" / "fubini", ignore=shutil.ignore_patterns("__pycache__")
+    )
+
+
+def run(package, cache, **changes):
+    env = {**os.environ, "PYTHONPATH": str(package.parent), "FUBINI_CACHE_DIR": str(cache), **changes}
+    done = subprocess.run(
+        [sys.executable, "-c", RUN], env=env, capture_output=True, text=True, timeout=120, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    digest, hits, misses = done.stdout.split()
+    return digest, int(hits), int(misses)
+
+
+def test_second_process_loads_what_the_first_compiled_until_a_kernel_changes(package, tmp_path):
+    cache = tmp_path / "cache"
+    first = run(package, cache)
+    assert first[1:] == (0, 1)
+    assert run(package, cache) == (first[0], 1, 0)
+    # a kernel that another kernel calls
+    kernels = package / "tracks" / "_kernels.py"
+    kernels.write_text(kernels.read_text().replace("s * data[o] + t * data[o + 2]", "t * data[o + 2] + s * data[o]"))
+    changed = run(package, cache)
+    assert changed[0] != first[0]
+    assert changed[1:] == (0, 1)
+
+
+def test_only_kernel_sources_count(package):
+    digest = "import fubini._jit as jit; print(jit.source_digest())"
+
+    def now():
+        env = {**os.environ, "PYTHONPATH": str(package.parent)}
+        return subprocess.check_output([sys.executable, "-c", digest], env=env, text=True, timeout=60)
+
+    before = now()
+    (package / "errors.py").write_text((package / "errors.py").read_text() + "\n# changed\n")
+    assert now() == before
+    (package / "cells" / "_kernels_new.py").write_text("# new\n")
+    assert now() != before
+
+
+def test_unwritable_cache_compiles_in_memory(package, tmp_path):
+    blocked = tmp_path / "file"
+    blocked.write_text("a file, so no folder can be made below it")
+    for _ in range(2):
+        assert run(package, blocked / "cache")[1:] == (0, 1)
+    assert blocked.read_text().startswith("a file")
+
+
+def test_default_folder_is_the_users_cache(package, tmp_path):
+    env = {**os.environ, "PYTHONPATH": str(package.parent), "XDG_CACHE_HOME": str(tmp_path / "xdg")}
+    env.pop("FUBINI_CACHE_DIR", None)
+    code = "import fubini._jit as jit; print(jit.cache_folder().parent)"
+    found = subprocess.check_output([sys.executable, "-c", code], env=env, text=True, timeout=60)
+    assert found.strip() == str(tmp_path / "xdg" / "fubini")
