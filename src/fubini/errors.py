@@ -6,7 +6,7 @@ coordinate, and how to mend it. The parts stay available as attributes.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 
 
 class FubiniError(Exception):
@@ -28,7 +28,7 @@ class FubiniError(Exception):
         file: str | None = None,
         face: int | None = None,
         edge: int | None = None,
-        at: Sequence[float] | None = None,
+        at: Iterable[float] | None = None,
         fix: str | None = None,
     ) -> None:
         super().__init__(message)

@@ -6,10 +6,10 @@ import os
 import stat
 
 import pytest
-from handmade import square
 
 from fubini.errors import ExportError
 from fubini.export import WRITERS, Transaction, save, save_all
+from handmade import square
 
 
 def half_written(mesh, path):

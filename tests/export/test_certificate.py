@@ -8,11 +8,11 @@ import time
 
 import numpy as np
 import pytest
-from handmade import FLAT_FRAME, UNIT, Polygon, bad_square, box, grid, one_face, outline_of, square, wedge
 
 from fubini import quality
 from fubini.certificate import Outline, certify_face, closes_up, excuse, triangle_figures
 from fubini.model import Face, Frame
+from handmade import FLAT_FRAME, UNIT, Polygon, bad_square, box, grid, one_face, outline_of, square, wedge
 
 OBLIQUE = Frame(np.array([3.0, 4, 5]), np.array([0.6, 0.8, 0.0]), np.array([0.0, 0.0, 1.0]))
 

@@ -8,11 +8,11 @@ import meshio
 import numpy as np
 import pytest
 import trimesh
-from handmade import bad_square, box, square
 
 from fubini.errors import ExportError
 from fubini.export import WRITERS, flawed_after_rounding, formats, save
 from fubini.export.obj import group_labels
+from handmade import bad_square, box, square
 
 DOUBLE = {".vtu", ".vtk", ".obj"}
 
@@ -38,7 +38,8 @@ def test_reads_back(tmp_path, suffix):
     if suffix == ".obj":  # grouped by face: here the order is that of the mesh
         assert points.dtype == np.float64
     np.testing.assert_allclose(
-        np.asarray(points)[triangles], wanted, rtol=0 if suffix in DOUBLE else 1e-6, atol=0 if suffix in DOUBLE else 1e-7
+        np.asarray(points)[triangles], wanted,
+        rtol=0 if suffix in DOUBLE else 1e-6, atol=0 if suffix in DOUBLE else 1e-7,
     )
     if suffix != ".stl":
         assert len(points) == len(mesh.points)

@@ -81,9 +81,8 @@ def _contact_problem(loops: Sequence[Loop], parts: Parts, contact: Contact, tole
     edges = tuple(loops[k].edges[i] for k, i in zip(owners, curves, strict=True))
     same = owners[0] == owners[1]
     at_vertices = all(
-        min(np.hypot(*(p - contact.place)) for p in (parts.curves[parts.curve[r]].start, parts.curves[parts.curve[r]].end))
-        <= 4.0 * tolerance
-        for r in rows
+        min(np.hypot(*(p - contact.place)) for p in (curve.start, curve.end)) <= 4.0 * tolerance
+        for curve in (parts.curves[parts.curve[r]] for r in rows)
     )
     if contact.crossing:
         kind = "self-crossing" if same else "crossing loops"

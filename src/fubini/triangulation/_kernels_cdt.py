@@ -189,7 +189,8 @@ def recover_segment(points, triangles, neighbours, vertex_triangle, a, b, queue,
 def recover_all(points, triangles, neighbours, vertex_triangle, segments, rank, count, half_edge, touched):
     """Make every segment (k, 2) an edge where that is possible; write its half-edge or -1 into half_edge (k,).
 
-    Of two segments that cross each other the earlier one is lost. Returns the number of segments that had to be flipped in.
+    Of two segments that cross each other the earlier one is lost. Returns the number of segments
+    that had to be flipped in.
     """
     flipped = 0
     queue = np.empty((0, 2), np.int32)
