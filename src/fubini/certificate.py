@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from fubini.mesh import Certificate, Corner, FaceCertificate
+from fubini.result import Certificate, Corner, FaceCertificate
 from fubini.quality import corner_limit
 from fubini.tolerance import AREA, FLAT, MAX_ASPECT_RATIO, MIN_SKEW, ON_CURVE
 

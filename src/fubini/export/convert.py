@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from fubini.errors import DependencyError, ExportError
 
 if TYPE_CHECKING:
-    from fubini.mesh import Mesh
+    from fubini.result import Mesh
 
 
 def compact(mesh: Mesh) -> tuple[NDArray[np.float64], NDArray[np.int32]]:

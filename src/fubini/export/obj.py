@@ -11,7 +11,7 @@ import numpy as np
 from fubini.export.convert import compact
 
 if TYPE_CHECKING:
-    from fubini.mesh import Mesh
+    from fubini.result import Mesh
 
 
 def write(mesh: Mesh, path: Path) -> None:

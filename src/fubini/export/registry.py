@@ -14,7 +14,7 @@ from fubini.export.atomic import Transaction, check_target
 from fubini.quality import flawed
 
 if TYPE_CHECKING:
-    from fubini.mesh import Mesh
+    from fubini.result import Mesh
 
 #: Suffix (lower case) to the function that writes a mesh to a new file at the given path.
 WRITERS: dict[str, Callable[[Mesh, Path], None]] = {

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from fubini.export.convert import to_trimesh
 
 if TYPE_CHECKING:
-    from fubini.mesh import Mesh
+    from fubini.result import Mesh
 
 
 def write(mesh: Mesh, path: Path) -> None:

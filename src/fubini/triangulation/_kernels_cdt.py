@@ -1,7 +1,7 @@
 """Constrained Delaunay triangulation of a region in one compiled call.
 
-Inside, vertices are numbered by *rank*, their place along a Hilbert curve, so that neighbours in the plane
-are neighbours in memory; ranks n, n + 1, n + 2 are the corners of a far triangle around all points. As the
+Inside, vertices are numbered by *rank*, their place along a Hilbert curve, so that neighbours in the plane are
+neighbours in memory; ranks n, n + 1, n + 2 are the corners of a far triangle around all points. As the
 segments of a closed boundary separate those corners from the region, they leave no trace in it.
 """
 
@@ -57,7 +57,7 @@ def ranked_points(points, order, low_x, low_y, extent):
 
 @kernel
 def legalise_star(points, triangles, neighbours, vertex_triangle, t):
-    """Flip the rim of the star of vertex p until it is Delaunay; corner 0 of t and of the rest is p."""
+    """Flip the rim of the star of corner 0 of t until it is Delaunay; corner 0 of all its triangles is that vertex."""
     first = triangles[t, 1]
     for _ in range(4 * triangles.shape[0]):
         if edge_is_illegal(points, triangles, neighbours, t, 0):
@@ -72,8 +72,8 @@ def legalise_star(points, triangles, neighbours, vertex_triangle, t):
 def insert_all(points, triangles, neighbours, vertex_triangle, order):
     """Delaunay triangulation of the ranked points inside the far triangle; returns the number of triangles.
 
-    Of points with equal coordinates one is inserted, under the lowest index (``order`` is changed for that);
-    the others keep -1 in vertex_triangle.
+    Of points with equal coordinates one is inserted, under the lowest index (``order`` is changed for that); the
+    others keep -1 in vertex_triangle.
     """
     n = order.shape[0]
     for i in range(3):
@@ -104,8 +104,8 @@ def insert_all(points, triangles, neighbours, vertex_triangle, order):
 def crossing_edges(points, triangles, neighbours, vertex_triangle, a, b, queue):
     """Collect the edges (right end, left end) that the segment from a to b crosses into queue (room, 2).
 
-    Returns their number, or -1 where a vertex lies on the segment or a segment stops the walk. Turns about a
-    to the triangle that b is seen through, then goes from triangle to triangle.
+    Returns their number, or -1 where a vertex lies on the segment or a segment stops the walk. Turns about a to the
+    triangle that b is seen through, then goes from triangle to triangle.
     """
     ax, ay, bx, by = points[a, 0], points[a, 1], points[b, 0], points[b, 1]
     t = np.int64(vertex_triangle[a])
@@ -146,8 +146,8 @@ def crossing_edges(points, triangles, neighbours, vertex_triangle, a, b, queue):
 def recover_segment(points, triangles, neighbours, vertex_triangle, a, b, queue, touched):
     """Make a - b an edge by flipping the edges that cross it (Sloan 1993); returns whether that succeeded.
 
-    A crossing edge whose two triangles form no strictly convex quadrilateral waits at the end of the queue.
-    Changed triangles are marked in touched (cap,) uint8.
+    A crossing edge whose two triangles form no strictly convex quadrilateral waits at the end of the queue. Changed
+    triangles are marked in touched (cap,) uint8.
     """
     ax, ay, bx, by = points[a, 0], points[a, 1], points[b, 0], points[b, 1]
     count = crossing_edges(points, triangles, neighbours, vertex_triangle, a, b, queue)
@@ -187,10 +187,10 @@ def recover_segment(points, triangles, neighbours, vertex_triangle, a, b, queue,
 
 @kernel
 def recover_all(points, triangles, neighbours, vertex_triangle, segments, rank, count, half_edge, touched):
-    """Make every segment (k, 2) an edge where that is possible; write half-edges or -1 into half_edge (k,).
+    """Make every segment (k, 2) an edge where that is possible; write its half-edge or -1 into half_edge (k,).
 
-    Of two segments that cross each other the earlier one is lost. Returns the number of segments that had to
-    be flipped in.
+    Of two segments that cross each other the earlier one is lost. Returns the number of segments
+    that had to be flipped in.
     """
     flipped = 0
     queue = np.empty((0, 2), np.int32)
@@ -215,7 +215,7 @@ def recover_all(points, triangles, neighbours, vertex_triangle, segments, rank, 
 
 @kernel
 def cut_segments(neighbours, half_edge):
-    """Replace neighbours across the k segments by codes: ``-1 - s`` on the left, ``-1 - k - s`` on the right.
+    """Replace neighbours across the segments (k,) by codes: ``-1 - s`` on the left, ``-1 - k - s`` on the right.
 
     Half-edges that an earlier segment holds already become -1.
     """
@@ -261,7 +261,7 @@ def restore_delaunay(points, triangles, neighbours, vertex_triangle, count, touc
 
 @kernel
 def flood(triangles, neighbours, half_edge, count, n):
-    """Number the triangles on the left of the segments: (count,) int32, -1 for others; and how many.
+    """Number the triangles reached from the left of the segments: (count,) int32, -1 for others; and how many.
 
     Stops at cut edges and at triangles that have a far corner (ranks from n on). Numbers follow the slots.
     """
@@ -298,8 +298,8 @@ def flood(triangles, neighbours, half_edge, count, n):
 def compact(triangles, neighbours, number, kept, order, k):
     """The kept triangles with points by index: triangles (m, 3), neighbours (m, 3), status bits.
 
-    An edge without a segment towards a triangle that is not kept gets ``-1 - k`` (LEAKED); one on the right
-    of a segment whose left lies outside gets that segment's code (CONTRADICTED).
+    An edge without a segment towards a triangle that is not kept gets ``-1 - k`` (LEAKED); one on the right of a
+    segment whose left lies outside gets that segment's code (CONTRADICTED).
     """
     out, across = np.empty((kept, 3), np.int32), np.empty((kept, 3), np.int32)
     leaked, contradicted = 0, 0
@@ -324,7 +324,7 @@ def compact(triangles, neighbours, number, kept, order, k):
 
 @kernel
 def drop_unused(triangles, n, fixed):
-    """Renumber vertices of triangles in place without the unused ones from ``fixed`` on; returns those."""
+    """Renumber the vertices of triangles (m, 3) in place without the unused ones from ``fixed`` on; returns those."""
     number = np.zeros(n, np.int32)
     for t in range(triangles.shape[0]):
         for i in range(3):
@@ -363,11 +363,11 @@ def missing(half_edge):
 def cdt(points, segments, fixed):
     """Constrained Delaunay triangulation of the region on the left of the segments.
 
-    points : (n, 2), finite, n > 0. segments : (k, 2) int32, indices of points. fixed : the first so many
-    points stay even where no triangle uses them.
+    points : (n, 2), finite, n > 0. segments : (k, 2) int32, indices of points. fixed : the first so many points stay
+    even where no triangle uses them.
 
-    Returns triangles (m, 3), neighbours (m, 3), dropped (d,) indices of points that are left out, unrecovered
-    (u,) indices of segments that are no edges, and the status (bits LEAKED, CONTRADICTED, EXHAUSTED).
+    Returns triangles (m, 3), neighbours (m, 3), dropped (d,) indices of points that are left out, unrecovered (u,)
+    indices of segments that are no edges, and the status (bits LEAKED, CONTRADICTED, EXHAUSTED).
     """
     n = points.shape[0]
     low_x, low_y, extent = bounding_square(points)

@@ -13,9 +13,8 @@ from fubini.triangulation.value import Boundary, Triangulation
 def constrained_delaunay(points: ArrayLike, boundary: Boundary) -> Triangulation:
     """Triangulate the region on the left of the boundary's segments with the given points.
 
-    The result holds every segment as an edge of one triangle, and each triangle's circle holds no vertex that
-    can be seen from inside the triangle. Of cocircular points any triangulation may come out, always the
-    same.
+    The result holds every segment as an edge of one triangle, and each triangle's circle holds no vertex that can be
+    seen from inside the triangle. Of cocircular points any triangulation may come out, always the same.
 
     Parameters
     ----------
@@ -25,8 +24,8 @@ def constrained_delaunay(points: ArrayLike, boundary: Boundary) -> Triangulation
     Returns
     -------
     Triangulation. ``dropped`` names interior points that are left out, because they equal an earlier point or
-    lie outside the region; ``unrecovered`` names segments that could not be made edges, because a point lies
-    on them, they cross another segment, or an end equals another point.
+    lie outside the region; ``unrecovered`` names segments that could not be made edges, because a point lies on
+    them, they cross another segment, or an end equals another point.
 
     Raises
     ------

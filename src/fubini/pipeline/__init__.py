@@ -1,0 +1,5 @@
+"""The only place where the stages meet: from a source to a mesh."""
+
+from fubini.pipeline.run import load, mesh
+
+__all__ = ["load", "mesh"]

@@ -1,0 +1,120 @@
+"""Meshing all faces so that shared edges keep one set of nodes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fubini.optimise import OptimiseOptions, OptimiseOutcome, optimise, refine
+from fubini.pipeline.options import MeshOptions, Progress
+from fubini.sampling.boundary import BoundarySizing, EdgeNodes, Outline
+from fubini.sampling.interior import lattice_points
+from fubini.triangulation.constrained import constrained_delaunay
+from fubini.triangulation.value import Boundary
+from fubini.triangulation.value import LOCKED
+
+Float = NDArray[np.float64]
+
+#: Origins of the lattice, tried one after the other, in steps of its size.
+SHIFTS = ((0.0, 0.0), (0.5, 0.3), (0.25, 0.65), (0.75, 0.1), (0.1, 0.85), (0.6, 0.55), (0.35, 0.4), (0.9, 0.7))
+#: With so many lattices tried, edges shared with other faces may be split.
+SPLIT_SHARED_FROM = 2
+
+
+@dataclass(frozen=True)
+class FaceResult:
+    """Mesh of one face: the optimiser's outcome and the discretisation it was made for."""
+
+    outcome: OptimiseOutcome
+    signature: bytes
+
+
+def attempt(boundary: Boundary, outline: Outline, size: float, options: MeshOptions, number: int) -> OptimiseOutcome:
+    """Mesh one face with the lattice of this number."""
+    if number < SPLIT_SHARED_FROM:
+        boundary = replace(boundary, mode=np.where(boundary.mode == 1, LOCKED, boundary.mode).astype(np.uint8))
+    inner = lattice_points(boundary, size, options.gradient, SHIFTS[number % len(SHIFTS)])
+    points = np.concatenate([boundary.points, inner])
+    start = constrained_delaunay(points, boundary)
+    filled = refine(start, outline.tracks, size, options.gradient)
+    return optimise(
+        filled, outline.tracks,
+        OptimiseOptions(min_skew=options.min_skew, max_aspect_ratio=options.max_aspect_ratio, growth=options.growth),
+    )  # fmt: skip
+
+
+class FaceMesher:
+    """Meshes the faces of a model one by one and follows splits of shared edges through all of them."""
+
+    def __init__(self, sizing: BoundarySizing, size: float, options: MeshOptions) -> None:
+        self.sizing = sizing
+        self.size = size
+        self.options = options
+        self.base = sizing.resolve()
+        self.extra: dict[int, list[float]] = {}
+        self.nodes = self.base
+        self.results: dict[int, FaceResult] = {}
+        self.finer: dict[int, int] = {}
+
+    def run(self, progress: Progress | None = None) -> list[FaceResult]:
+        """Mesh until every face matches the nodes of its edges, or the budget is spent."""
+        count = len(self.sizing.outlines)
+        budget = 12 * count + 40
+        pending = list(range(count))
+        while pending and budget > 0:
+            for f in pending:
+                budget -= 1
+                self._mesh_face(f)
+                if progress:
+                    progress("faces", min(len(self.results), count), count)
+            pending = [f for f in range(count) if self.results[f].signature != self._signature(f)]
+        return [self.results[f] for f in range(count)]
+
+    def _signature(self, f: int) -> bytes:
+        """The nodes on the edges of a face, as bytes."""
+        return b"".join(self.nodes.of(e).tobytes() for e in self.sizing.outlines[f].edges)
+
+    def _mesh_face(self, f: int) -> None:
+        """Try lattices, then finer boundaries, until no flawed triangle is left that could be avoided."""
+        best: OptimiseOutcome | None = None
+        for number in range(self.options.attempts):
+            boundary = self.sizing.boundary(f, self.nodes)
+            outcome = attempt(boundary, self.sizing.outlines[f], self.size, self.options, number)
+            if best is None or outcome.excess < best.excess:
+                best = outcome
+            if best.excess == 0:
+                break
+        assert best is not None
+        if best.excess and self.finer.get(f, 0) < self.options.rounds:
+            self.finer[f] = self.finer.get(f, 0) + 1
+            if self._refine_boundary(f, best):
+                return self._mesh_face(f)
+        self._follow_splits(f, best)
+        self.results[f] = FaceResult(best, self._signature(f))
+        return None
+
+    def _refine_boundary(self, f: int, outcome: OptimiseOutcome) -> bool:
+        """Ask for a finer boundary where flawed triangles are left."""
+        if not self.sizing.lower_near(f, outcome.worst, self.nodes, 0.7):
+            return False
+        base = self.sizing.resolve()
+        for e in list(self.extra):
+            if not np.array_equal(base.of(e), self.base.of(e)):
+                del self.extra[e]
+        self.base = base
+        self.nodes = base.with_nodes(self.extra) if self.extra else base
+        return True
+
+    def _follow_splits(self, f: int, outcome: OptimiseOutcome) -> None:
+        """Put the nodes that the optimiser added on shared edges into the discretisation."""
+        if not outcome.splits:
+            return
+        edges = self.sizing.outlines[f].edges
+        for j, t in outcome.splits:
+            self.extra.setdefault(int(edges[j]), []).append(float(t))
+        self.nodes = self.base.with_nodes(self.extra)
+
+
+__all__ = ["EdgeNodes", "FaceMesher", "FaceResult"]

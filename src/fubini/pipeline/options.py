@@ -1,0 +1,85 @@
+"""Options of a run, checked once at the door."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from fubini.errors import OptionError
+from fubini.model import Model
+from fubini.tolerance import MAX_ASPECT_RATIO, MAX_TRIANGLES, MIN_SKEW
+
+PATTERNS = ("auto", "SP13", "SP41", "ASP20", "ASP48")
+#: Skewness bounds above this are out of reach for a mesh of triangles.
+HIGHEST_SKEW = 60.0
+
+Progress = Callable[[str, int, int], None]
+
+
+@dataclass(frozen=True)
+class MeshOptions:
+    """Everything that steers a run.
+
+    Attributes
+    ----------
+    size : asked edge length in model units; None picks one from the model.
+    pattern : "auto" for the lattice, or a reference set of the paper laid into every cell.
+    min_skew, max_aspect_ratio : bounds of a valid triangle (degrees; ratio).
+    growth : largest ratio of neighbouring edge lengths.
+    turn : largest turning of the tangent along one boundary segment, degrees.
+    attempts : lattices tried on a face before its boundary is made finer.
+    rounds : how many times the boundary of a face may be made finer.
+    """
+
+    size: float | None = None
+    pattern: str = "auto"
+    min_skew: float = MIN_SKEW
+    max_aspect_ratio: float = MAX_ASPECT_RATIO
+    growth: float = 1.5
+    turn: float = 43.0
+    attempts: int = 6
+    rounds: int = 8
+
+    def __post_init__(self) -> None:
+        if self.size is not None and not (_is_number(self.size) and self.size > 0.0):
+            raise OptionError(f"size is {self.size}", fix="give a positive edge length in model units")
+        if self.pattern not in PATTERNS:
+            raise OptionError(f"pattern is {self.pattern!r}", fix="use one of " + ", ".join(PATTERNS))
+        if not (_is_number(self.min_skew) and 0.0 < self.min_skew <= HIGHEST_SKEW):
+            raise OptionError(f"min_skew is {self.min_skew}", fix=f"use 0 < min_skew <= {HIGHEST_SKEW:g} degrees")
+        if not (_is_number(self.max_aspect_ratio) and self.max_aspect_ratio > 1.2):
+            raise OptionError(f"max_aspect_ratio is {self.max_aspect_ratio}", fix="use a ratio above 1.2")
+        if not (_is_number(self.growth) and 1.1 <= self.growth <= 3.0):
+            raise OptionError(f"growth is {self.growth}", fix="use a ratio from 1.1 to 3")
+        if not (_is_number(self.turn) and 1.0 <= self.turn <= 60.0):
+            raise OptionError(f"turn is {self.turn}", fix="use 1 to 60 degrees")
+
+    @property
+    def gradient(self) -> float:
+        """Growth of the size per unit of distance that keeps neighbours within ``growth``."""
+        return 0.7 * (self.growth - 1.0)
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float) and math.isfinite(value)
+
+
+def pick_size(model: Model) -> float:
+    """Edge length for a model of which nothing is known: a fortieth of the diagonal of its largest face."""
+    return max(face.region.diagonal for face in model.faces) / 40.0
+
+
+def check_count(model: Model, size: float) -> None:
+    """Refuse sizes that would make more triangles than ``MAX_TRIANGLES``.
+
+    Raises OptionError with the smallest size that is allowed.
+    """
+    area = sum(face.region.area for face in model.faces)
+    triangle = math.sqrt(3.0) / 4.0 * size * size
+    if triangle == 0.0 or area / triangle > MAX_TRIANGLES:
+        least = math.sqrt(area / MAX_TRIANGLES / (math.sqrt(3.0) / 4.0))
+        raise OptionError(
+            f"size {size:g} would make more than {MAX_TRIANGLES:,} triangles",
+            file=model.source, fix=f"use a size above {least:.3g}",
+        )  # fmt: skip

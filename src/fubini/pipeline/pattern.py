@@ -1,0 +1,116 @@
+"""The paper's own sampling: a reference set laid into every Fubini cell by Eq. (1).
+
+Mapped points that lie on the boundary become boundary nodes at their place on the curve; mapped
+points that a chord would cut off are hull nodes off the boundary, which the paper moves to the
+nearest boundary point, and so become boundary nodes too. The others are interior points.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fubini.cells import decompose
+from fubini.region import Region
+from fubini.sampling.boundary import EdgeNodes, Outline
+from fubini.sampling.mapping import map_points
+from fubini.sampling.reference import ASP20, ASP48, SP13, SP41, distinct
+
+Float = NDArray[np.float64]
+
+REFERENCE: dict[str, Callable[[], Float]] = {"SP13": SP13, "SP41": SP41, "ASP20": ASP20, "ASP48": ASP48}
+#: Mapped points within this (times the diagonal) of a curve lie on it.
+ON_BOUNDARY = 1e-9
+#: A point this near to a chord, over the chord's length, would make a sliver with it.
+TOO_NEAR = 0.2
+#: Nodes on an edge nearer than this (times the edge's parameter range) are one.
+SAME_NODE = 1e-9
+
+
+@dataclass(frozen=True)
+class PatternPoints:
+    """Mapped points of one face: parameters on each of its curves (in edge direction) and the rest."""
+
+    on_curve: tuple[Float, ...]
+    inside: Float
+
+
+def pattern_points(region: Region, outline: Outline, pattern: str) -> PatternPoints:
+    """Map the reference set of this name into the cells of a region and sort out the boundary nodes."""
+    reference = REFERENCE[pattern]()
+    mapped = np.concatenate([map_points(cell, reference) for cell in decompose(region, "auto")])
+    points = distinct(mapped, ON_BOUNDARY * region.diagonal)
+    curves = [curve for loop in region.loops for curve in loop.curves]
+    on_curve, inside = _sort_out(points, curves, outline, ON_BOUNDARY * region.diagonal)
+    while True:
+        near = _cut_off(inside, curves, outline, on_curve)
+        if not near.any():
+            return PatternPoints(tuple(on_curve), inside)
+        moved, _ = _sort_out(inside[near], curves, outline, np.inf)
+        on_curve = [np.union1d(a, b) for a, b in zip(on_curve, moved, strict=True)]
+        inside = inside[~near]
+
+
+def pattern_nodes(edges: int, outlines: list[Outline], points: list[PatternPoints]) -> EdgeNodes:
+    """Nodes of all edges: the union of what the faces beside each edge put on it, and its ends."""
+    on_edge = [np.array([0.0, 1.0]) for _ in range(edges)]
+    for outline, of_face in zip(outlines, points, strict=True):
+        for e, t in zip(outline.edges, of_face.on_curve, strict=True):
+            on_edge[e] = np.union1d(on_edge[e], t)
+    for outline in outlines:
+        sizes = np.diff(outline.loop_first)
+        for a, n in zip(outline.loop_first[:-1], sizes, strict=True):
+            for j in range(int(a), int(a + n)):
+                least = 4 if n == 1 else (3 if n == 2 and outline.tracks.kinds[j] != 0 else 2)
+                e = outline.edges[j]
+                if len(on_edge[e]) < least:
+                    on_edge[e] = np.union1d(on_edge[e], np.linspace(0.0, 1.0, least))
+    on_edge = [_spaced(t) for t in on_edge]
+    first = np.zeros(edges + 1, np.int64)
+    np.cumsum([len(t) for t in on_edge], out=first[1:])
+    return EdgeNodes(first, np.concatenate(on_edge))
+
+
+def _spaced(t: Float) -> Float:
+    """Drop parameters that repeat the one before; the ends stay 0 and 1."""
+    keep = np.concatenate([[True], np.diff(t) > SAME_NODE])
+    t = t[keep & (t > SAME_NODE) & (t < 1.0 - SAME_NODE)]
+    return np.concatenate([[0.0], t, [1.0]])
+
+
+def _sort_out(points: Float, curves: list, outline: Outline, reach: float) -> tuple[list[Float], Float]:
+    """Parameters (edge direction) of the points nearest to each curve within reach, and the other points."""
+    best = np.full(len(points), np.inf)
+    owner = np.full(len(points), -1)
+    params = np.zeros(len(points))
+    for j, curve in enumerate(curves):
+        t, distance = curve.closest(points)
+        better = distance < best
+        best[better], owner[better], params[better] = distance[better], j, t[better]
+    on = best <= reach
+    found = []
+    for j in range(len(curves)):
+        t = params[on & (owner == j)]
+        found.append(np.sort(t if outline.forward[j] else 1.0 - t))
+    return found, points[~on]
+
+
+def _cut_off(inside: Float, curves: list, outline: Outline, on_curve: list[Float]) -> NDArray[np.bool_]:
+    """Which interior points lie beyond a chord of the boundary, or so near that they would make a sliver."""
+    near = np.zeros(len(inside), bool)
+    for curve, along, t in zip(curves, outline.forward, on_curve, strict=True):
+        params = np.union1d(t if along else 1.0 - t, [0.0, 1.0])
+        nodes = curve.point(params)
+        for a, b in zip(nodes[:-1], nodes[1:], strict=True):
+            d = b - a
+            length = float(np.hypot(*d))
+            if length == 0.0:
+                continue
+            along_chord = (inside - a) @ d / length**2
+            height = ((inside - a) @ np.array([-d[1], d[0]])) / length
+            bulge = np.abs((curve.point(np.linspace(0.0, 1.0, 9)) - a) @ np.array([-d[1], d[0]])).max() / length
+            near |= (along_chord > 0) & (along_chord < 1) & (height < TOO_NEAR * length) & (height > -1.01 * bulge)
+    return near

@@ -1,0 +1,222 @@
+"""``load`` and ``mesh``: the stages in their order."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterable
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fubini import certificate
+from fubini.errors import FubiniError, OptionError
+from fubini.result import Certificate, Mesh
+from fubini.model import Model, SkippedFace
+from fubini.pipeline.assemble import Assembly, assemble
+from fubini.pipeline.faces import FaceMesher, FaceResult
+from fubini.pipeline.options import MeshOptions, Progress, check_count, pick_size
+from fubini.sampling.boundary import BoundarySizing, Outline, SizeOptions
+from fubini.tracks import evaluate
+from fubini.triangulation.value import CORNER
+
+
+def load(source: Any) -> Model:
+    """Read the planar faces of a source.
+
+    Parameters
+    ----------
+    source : a path to .step, .stp, .brep, .iges, .igs, .dxf, .svg or .FCStd; a live build123d or
+        CadQuery object; a ``TopoDS_Shape``; or a ``Model``, which is returned as it is.
+
+    Raises
+    ------
+    InputError : nothing can be read, or no face is planar.
+    GeometryError : a face is not a valid region.
+    DependencyError : the CAD kernel or a reader is not installed.
+    """
+    if isinstance(source, Model):
+        return source
+    from fubini.cad import load as read
+
+    return read(source)
+
+
+def mesh(
+    source: Any,
+    size: float | None = None,
+    *,
+    faces: Iterable[int] | None = None,
+    select: str | None = None,
+    progress: Progress | None = None,
+    **options: Any,
+) -> Mesh:
+    """Mesh the planar faces of a source with triangles that are all valid, and certify it.
+
+    Parameters
+    ----------
+    source : whatever ``load`` takes.
+    size : wanted edge length in model units; None picks one. A size larger than the model gives the
+        coarsest valid mesh.
+    faces : CAD face indices to mesh; all planar faces by default.
+    select : mesh only the faces of this name.
+    progress : called as ``progress(stage, done, total)``.
+    options : fields of ``fubini.pipeline.options.MeshOptions``: ``pattern``, ``min_skew``,
+        ``max_aspect_ratio``, ``growth``, ``turn``, ...
+
+    Returns
+    -------
+    Mesh : ``mesh.certificate.certified`` tells whether no triangle is flawed but the unavoidable.
+
+    Raises
+    ------
+    OptionError, InputError, GeometryError, DependencyError : see ``load`` and ``MeshOptions``.
+
+    Example
+    -------
+    >>> import fubini
+    >>> mesh = fubini.mesh("bracket.step", 2.0)        # doctest: +SKIP
+    >>> mesh.save("bracket.stl")                       # doctest: +SKIP
+    """
+    checked = _options(size, options)
+    clock = _Clock()
+    model = select_faces(load(source), faces, select)
+    clock.lap("load")
+    length = checked.size if checked.size is not None else pick_size(model)
+    check_count(model, length)
+    outlines, edge_ids, ends = outline_faces(model)
+    sizing = BoundarySizing(
+        outlines, ends, SizeOptions(length, gradient=checked.gradient, turn=np.radians(checked.turn))
+    )
+    mesher = FaceMesher(sizing, length, checked)
+    clock.lap("boundary")
+    results = mesher.run(progress)
+    clock.lap("faces")
+    whole = assemble(model, outlines, edge_ids, results)
+    clock.lap("assemble")
+    verdict = _certify(model, outlines, edge_ids, whole, results, checked)
+    clock.lap("certificate")
+    return _mesh_value(model, whole, verdict, length, clock.seconds)
+
+
+def _options(size: float | None, options: dict[str, Any]) -> MeshOptions:
+    """Options from keywords, with the valid names in the message when one is not known."""
+    known = set(MeshOptions.__dataclass_fields__) - {"size"}
+    unknown = sorted(set(options) - known)
+    if unknown:
+        raise OptionError(f"unknown option {unknown[0]!r}", fix="options are " + ", ".join(sorted(known)))
+    return MeshOptions(size=size, **options)
+
+
+def select_faces(model: Model, faces: Iterable[int] | None, name: str | None) -> Model:
+    """The model with only the faces of these indices or of this name.
+
+    Raises OptionError when there is no such planar face.
+    """
+    if faces is None and name is None:
+        return model
+    wanted = {face.index for face in model.faces}
+    if faces is not None:
+        asked = {int(f) for f in faces}
+        missing = sorted(asked - wanted)
+        if missing:
+            raise OptionError("no planar face with this index", file=model.source, face=missing[0])
+        wanted &= asked
+    if name is not None:
+        wanted &= {face.index for face in model.faces if face.name == name}
+        if not wanted:
+            names = sorted({face.name for face in model.faces if face.name})
+            fix = "names are " + ", ".join(names) if names else "the source names no face"
+            raise OptionError(f"no planar face is named {name!r}", file=model.source, fix=fix)
+    left = [f for f in model.faces if f.index not in wanted]
+    skipped = tuple(SkippedFace(f.index, "plane", "not selected", f.name) for f in left)
+    return replace(
+        model, faces=tuple(f for f in model.faces if f.index in wanted), skipped=model.skipped + skipped
+    )
+
+
+def outline_faces(model: Model) -> tuple[list[Outline], NDArray[np.int64], NDArray[np.int64]]:
+    """Outlines of all faces, CAD indices of their edges by running number, and vertex numbers (e, 2)."""
+    used = sorted({edge for face in model.faces for loop in face.region.loops for edge in loop.edges})
+    number = {edge: i for i, edge in enumerate(used)}
+    outlines = []
+    for face in model.faces:
+        try:
+            outlines.append(Outline.of(face.region, number.__getitem__))
+        except FubiniError as error:
+            error.file, error.face = error.file or model.source, face.index
+            raise
+    pairs = np.array([(model.edges[e].start, model.edges[e].end) for e in used], np.int64)
+    _, ends = np.unique(pairs, return_inverse=True)
+    return outlines, np.array(used, np.int64), ends.reshape(-1, 2)
+
+
+def _certify(
+    model: Model,
+    outlines: list[Outline],
+    edge_ids: NDArray[np.int64],
+    whole: Assembly,
+    results: list[FaceResult],
+    options: MeshOptions,
+) -> Certificate:
+    """Judge what is shipped: every face by the points and triangles of the whole mesh."""
+    bounds = {"min_skew": options.min_skew, "max_aspect_ratio": options.max_aspect_ratio}
+    faces = []
+    at = 0
+    for face, outline, result, numbers in zip(model.faces, outlines, results, whole.nodes_of_face, strict=True):
+        outcome = result.outcome
+        boundary = outcome.triangulation.boundary
+        n = len(outcome.triangulation.triangles)
+        corners = np.flatnonzero(boundary.kind == CORNER)
+        ids = edge_ids[outline.edges]
+        judged = certificate.Outline(
+            segments=numbers[boundary.segments].astype(np.int32),
+            curve=boundary.track,
+            t=boundary.t,
+            corners=numbers[corners].astype(np.int32),
+            angles=boundary.angle[corners],
+            edges=dict(enumerate(ids.tolist())),
+            slack=max(model.edges[int(e)].tolerance for e in ids),
+        )
+        faces.append(
+            certificate.certify_face(
+                face, whole.points, whole.triangles[at : at + n], judged, partial(evaluate, outline.tracks),
+                diagonal=model.diagonal, moves=outcome.moves, budget_exhausted=outcome.budget_exhausted, **bounds,
+            )  # fmt: skip
+        )
+        at += n
+    return certificate.certify(faces, skipped_faces=len(model.skipped), notes=model.notes, **bounds)
+
+
+def _mesh_value(model: Model, whole: Assembly, verdict: Certificate, size: float, seconds: dict[str, float]) -> Mesh:
+    """The finished mesh with read-only arrays."""
+    for array in (whole.points, whole.triangles, whole.face_of_triangle, whole.segments, whole.edge_of_segment):
+        array.setflags(write=False)
+    return Mesh(
+        points=whole.points,
+        triangles=whole.triangles,
+        face_of_triangle=whole.face_of_triangle,
+        segments=whole.segments,
+        edge_of_segment=whole.edge_of_segment,
+        face_names={f.index: f.name for f in model.faces if f.name},
+        edge_names={i: e.name for i, e in model.edges.items() if e.name},
+        certificate=verdict,
+        size=size,
+        seconds=seconds,
+        model=model,
+    )
+
+
+class _Clock:
+    """Seconds by stage."""
+
+    def __init__(self) -> None:
+        self.seconds: dict[str, float] = {}
+        self._last = time.perf_counter()
+
+    def lap(self, stage: str) -> None:
+        now = time.perf_counter()
+        self.seconds[stage] = now - self._last
+        self._last = now

@@ -1,0 +1,331 @@
+"""Compiled parts of the boundary discretisation.
+
+Edges are stored flat: samples ``first[e] .. first[e + 1]`` of edge e hold the parameter ``t``, the
+arc length ``s`` and the wanted size ``h`` there; between samples ``h`` is linear in ``s``.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from fubini._jit import kernel
+from fubini.tracks._kernels import evaluate_one
+
+
+@kernel
+def turning_sizes(x, s, turn, out):
+    """Size at each sample of a polyline x (n, 2) with arc lengths s (n,): it turns by ``turn`` radians there.
+
+    The narrowest window about the sample over which the tangent turns by ``turn`` is the size; an
+    isolated kink that turns by less does not call for small elements, however small its radius.
+    Writes into out (n,).
+    """
+    n = x.shape[0]
+    angle = np.empty(n)
+    previous = math.atan2(x[1, 1] - x[0, 1], x[1, 0] - x[0, 0])
+    total = 0.0
+    angle[0] = 0.0
+    for i in range(1, n):
+        d = math.atan2(x[i, 1] - x[i - 1, 1], x[i, 0] - x[i - 1, 0])
+        step = d - previous
+        if step > math.pi:
+            step -= 2.0 * math.pi
+        elif step < -math.pi:
+            step += 2.0 * math.pi
+        previous = d
+        total += abs(step)
+        angle[i] = total
+    low = 0
+    for i in range(n):
+        out[i] = np.inf
+    for high in range(1, n):
+        while angle[high] - angle[low] >= turn:
+            window = s[high] - s[low]
+            for i in range(low, high + 1):
+                if window < out[i]:
+                    out[i] = window
+            low += 1
+
+
+@kernel
+def relax_edge(s, h, g):
+    """Limit the growth of h (n,) along s (n,) to g, in place."""
+    n = s.shape[0]
+    for i in range(1, n):
+        h[i] = min(h[i], h[i - 1] + g * (s[i] - s[i - 1]))
+    for i in range(n - 2, -1, -1):
+        h[i] = min(h[i], h[i + 1] + g * (s[i + 1] - s[i]))
+
+
+@kernel
+def grade(first, s, h, ends, radius, vertex_size, g):
+    """Limit the growth of sizes along all edges and through the vertices that they share.
+
+    ends (e, 2): vertices; radius (e, 2): protected length at each end, 0 for none. A protected end
+    takes part at its vertex with its radius alone, and its radius never exceeds the vertex size.
+    ``h``, ``radius`` and ``vertex_size`` (v,) change in place. Returns the number of sweeps.
+    """
+    edges = first.shape[0] - 1
+    for sweep in range(100):
+        changed = False
+        for e in range(edges):
+            a, b = first[e], first[e + 1] - 1
+            for i in range(2):
+                v = ends[e, i]
+                at = a if i == 0 else b
+                if radius[e, i] > 0.0:
+                    if radius[e, i] > vertex_size[v]:
+                        radius[e, i] = vertex_size[v]
+                        changed = True
+                    elif radius[e, i] < vertex_size[v]:
+                        vertex_size[v] = radius[e, i]
+                        changed = True
+                elif h[at] > vertex_size[v]:
+                    h[at] = vertex_size[v]
+            relax_edge(s[a : b + 1], h[a : b + 1], g)
+            for i in range(2):
+                v = ends[e, i]
+                at = a if i == 0 else b
+                if radius[e, i] == 0.0 and h[at] < vertex_size[v]:
+                    vertex_size[v] = h[at]
+                    changed = True
+        if not changed:
+            return sweep
+    return 100
+
+
+@kernel
+def envelope(first, t, s, cap, h, g):
+    """Tables with a sample wherever growth from a fine sample reaches the ceiling or another ramp.
+
+    ``h`` holds the graded sizes at the samples, ``cap`` the sizes before grading. Between two samples
+    the size is the least of the ceiling and of the two ramps of slope g. Returns the new first, t, s, h.
+    """
+    edges = first.shape[0] - 1
+    new_first = np.empty(edges + 1, np.int64)
+    out = np.empty((3, 3 * s.shape[0]))
+    n = 0
+    for e in range(edges):
+        new_first[e] = n
+        for i in range(first[e], first[e + 1]):
+            if i > first[e]:
+                length = s[i] - s[i - 1]
+                low, high = cap[i - 1], cap[i]
+                slope = (high - low) / length
+                up = (low - h[i - 1]) / max(g - slope, 1e-300)  # ramp from the left meets the ceiling
+                down = length - (high - h[i]) / max(g + slope, 1e-300)
+                if up >= down:
+                    up = 0.5 * (length + (h[i] - h[i - 1]) / g)  # the two ramps meet below it
+                    down = up
+                for k in range(2):
+                    x = up if k == 0 else down
+                    if (k == 1 and x <= up) or x <= 1e-6 * length or x >= (1.0 - 1e-6) * length:
+                        continue
+                    w = x / length
+                    out[0, n] = (1.0 - w) * t[i - 1] + w * t[i]
+                    out[1, n] = s[i - 1] + x
+                    out[2, n] = min(low + slope * x, min(h[i - 1] + g * x, h[i] + g * (length - x)))
+                    n += 1
+            out[0, n], out[1, n], out[2, n] = t[i], s[i], h[i]
+            n += 1
+    new_first[edges] = n
+    return new_first, out[0, :n].copy(), out[1, :n].copy(), out[2, :n].copy()
+
+
+@kernel
+def metric_length(length, h0, h1):
+    """Integral of ds / h over a piece along which h runs linearly from h0 to h1."""
+    d = h1 - h0
+    if abs(d) < 1e-9 * h0:
+        return length / h0
+    return length * math.log(h1 / h0) / d
+
+
+@kernel
+def metric_position(part, length, h0, h1):
+    """Distance along a piece at which the integral of ds / h reaches ``part``."""
+    d = h1 - h0
+    if abs(d) < 1e-9 * h0:
+        return min(length, part * h0)
+    return min(length, h0 * length / d * (math.exp(part * d / length) - 1.0))
+
+
+@kernel
+def interpolate(x, xs, ys, a, b):
+    """Value at x of the polyline (xs, ys) over samples a .. b, ends clamped."""
+    if x <= xs[a]:
+        return ys[a]
+    if x >= xs[b]:
+        return ys[b]
+    while b - a > 1:
+        m = (a + b) // 2
+        if xs[m] <= x:
+            a = m
+        else:
+            b = m
+    w = (x - xs[a]) / (xs[b] - xs[a])
+    return (1.0 - w) * ys[a] + w * ys[b]
+
+
+@kernel
+def edge_metric(first, s, h, e, low, high):
+    """Metric length of edge e between arc lengths low and high."""
+    total = 0.0
+    a, b = first[e], first[e + 1] - 1
+    left = low
+    h_left = interpolate(low, s, h, a, b)
+    for i in range(a + 1, b + 1):
+        if s[i] <= low:
+            continue
+        right = min(s[i], high)
+        h_right = interpolate(right, s, h, a, b)
+        total += metric_length(right - left, h_left, h_right)
+        left, h_left = right, h_right
+        if s[i] >= high:
+            break
+    return total
+
+
+@kernel
+def count_nodes(first, s, h, radius, at_least, counts):
+    """Number of segments of each edge into counts (e,), the protected ends included."""
+    for e in range(first.shape[0] - 1):
+        low = radius[e, 0]
+        high = s[first[e + 1] - 1] - radius[e, 1]
+        n = int(math.floor(edge_metric(first, s, h, e, low, high) + 0.5))
+        extra = (1 if radius[e, 0] > 0.0 else 0) + (1 if radius[e, 1] > 0.0 else 0)
+        counts[e] = max(1, at_least[e] - extra, n) + extra
+
+
+@kernel
+def place_nodes(first, s, t, h, radius, counts, node_first, node_t):
+    """Parameters of the nodes of each edge, both ends included, at equal metric lengths.
+
+    Edge e writes ``counts[e] + 1`` parameters into node_t from ``node_first[e]``.
+    """
+    for e in range(first.shape[0] - 1):
+        a, b = first[e], first[e + 1] - 1
+        o = node_first[e]
+        low, high = radius[e, 0], s[b] - radius[e, 1]
+        begin = 0
+        stop = counts[e]
+        if low > 0.0:
+            begin = 1
+            node_t[o + 1] = interpolate(low, s, t, a, b)
+        if radius[e, 1] > 0.0:
+            stop -= 1
+            node_t[o + stop] = interpolate(high, s, t, a, b)
+        node_t[o] = 0.0
+        node_t[o + counts[e]] = 1.0
+        pieces = stop - begin
+        step = edge_metric(first, s, h, e, low, high) / pieces
+        passed = 0.0
+        k = 1
+        left, h_left = low, interpolate(low, s, h, a, b)
+        for i in range(a + 1, b + 1):
+            if s[i] <= low:
+                continue
+            right = min(s[i], high)
+            h_right = interpolate(right, s, h, a, b)
+            m = metric_length(right - left, h_left, h_right)
+            while k < pieces and k * step <= passed + m:
+                at = left + metric_position(k * step - passed, right - left, h_left, h_right)
+                node_t[o + begin + k] = interpolate(at, s, t, a, b)
+                k += 1
+            passed += m
+            left, h_left = right, h_right
+        while k < pieces:  # what rounding left over
+            node_t[o + begin + k] = interpolate(high, s, t, a, b)
+            k += 1
+
+
+@kernel
+def gather_face(
+    kinds, offsets, data, loop_first, edges, forward, angles, shared, node_first, node_t, points, kind, angle,
+    segments, track, params, mode,
+):
+    """Boundary arrays of one face from the nodes of its edges; returns the number of nodes.
+
+    ``edges``, ``forward``, ``angles``, ``shared`` (c,) describe the curves in loop order; track j is
+    curve j in the direction of its edge. The node before curve j has the interior angle angles[j].
+    """
+    n = 0
+    for loop in range(loop_first.shape[0] - 1):
+        start = n
+        for c in range(loop_first[loop], loop_first[loop + 1]):
+            e = edges[c]
+            o = node_first[e]
+            k = node_first[e + 1] - o - 1
+            for i in range(k):
+                j, j1 = (o + i, o + i + 1) if forward[c] else (o + k - i, o + k - i - 1)
+                points[n, 0], points[n, 1] = evaluate_one(kinds, offsets, data, c, node_t[j])
+                kind[n] = 2 if i == 0 else (3 if shared[c] else 1)
+                angle[n] = angles[c] if i == 0 else 180.0
+                segments[n, 0] = n
+                segments[n, 1] = n + 1
+                track[n] = c
+                params[n, 0], params[n, 1] = node_t[j], node_t[j1]
+                mode[n] = 1 if shared[c] else 0
+                n += 1
+        segments[n - 1, 1] = start
+    return n
+
+
+@kernel
+def node_sizes(points, segments, angle, sharp, h, size):
+    """Size of each boundary node: half the length of its two segments, at most h.
+
+    Beside a sharp corner the corner triangle is long and its base short: the neighbours of such a
+    corner take the shorter of their two segments. Returns nothing; writes size (n,).
+    """
+    n = points.shape[0]
+    shorter = np.full(n, np.inf)
+    size[:] = 0.0
+    beside = np.zeros(n, np.uint8)
+    for k in range(segments.shape[0]):
+        a, b = segments[k, 0], segments[k, 1]
+        length = math.hypot(points[a, 0] - points[b, 0], points[a, 1] - points[b, 1])
+        for v in (a, b):
+            size[v] += 0.5 * length
+            shorter[v] = min(shorter[v], length)
+        if angle[a] < sharp:
+            beside[b] = 1
+        if angle[b] < sharp:
+            beside[a] = 1
+    for v in range(n):
+        size[v] = min(h, shorter[v] if beside[v] else size[v])
+
+
+@kernel
+def gap_sizes(points, triangles, neighbours, size, sharp_leg, g, factor, want):
+    """Size wanted at each boundary node, from a triangulation of the boundary nodes alone.
+
+    A triangle with one edge on the boundary sees the gap between that segment and its apex: the
+    nodes around are asked to be no larger than ``factor`` times the gap. ``sharp_leg`` (n,) flags
+    nodes at sharp corners, which are left alone. Then growth is limited to g along all edges.
+    """
+    want[:] = size
+    for t in range(triangles.shape[0]):
+        for i in range(3):
+            j, k = (i + 1) % 3, (i + 2) % 3
+            if neighbours[t, i] >= 0 or neighbours[t, j] < 0 or neighbours[t, k] < 0:
+                continue
+            v, a, b = triangles[t, i], triangles[t, j], triangles[t, k]
+            ex, ey = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1]
+            px, py = points[v, 0] - points[a, 0], points[v, 1] - points[a, 1]
+            q = min(1.0, max(0.0, (px * ex + py * ey) / (ex * ex + ey * ey)))
+            gap = factor * math.hypot(px - q * ex, py - q * ey)
+            for w in (v, a, b):
+                if gap < want[w] and not sharp_leg[w]:
+                    want[w] = gap
+    for sweep in range(4):
+        for t in range(triangles.shape[0]):
+            for i in range(3):
+                a, b = triangles[t, i], triangles[t, (i + 1) % 3]
+                if sharp_leg[a] or sharp_leg[b]:
+                    continue
+                reach = g * math.hypot(points[a, 0] - points[b, 0], points[a, 1] - points[b, 1])
+                want[b] = min(want[b], want[a] + reach)
+                want[a] = min(want[a], want[b] + reach)

@@ -1,0 +1,96 @@
+"""Compiled part of the interior sampling: a hexagonal lattice between the limits of horizontal slices."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from fubini._jit import kernel
+
+ROW = 0.8660254037844386  # sqrt(3) / 2
+
+
+@kernel
+def crossings(points, segments, y0, step, rows):
+    """Limits of all rows y0 + j step: row j crosses the boundary at xs[first[j] : first[j + 1]], sorted."""
+    first = np.zeros(rows + 1, np.int64)
+    for k in range(segments.shape[0]):
+        a, b = points[segments[k, 0], 1], points[segments[k, 1], 1]
+        j0 = max(0, int(math.ceil((min(a, b) - y0) / step)))
+        j1 = min(rows, int(math.ceil((max(a, b) - y0) / step)))
+        for j in range(j0, j1):
+            first[j + 1] += 1
+    for j in range(rows):
+        first[j + 1] += first[j]
+    xs = np.empty(first[rows])
+    fill = first[:rows].copy()
+    for k in range(segments.shape[0]):
+        ax, ay = points[segments[k, 0], 0], points[segments[k, 0], 1]
+        bx, by = points[segments[k, 1], 0], points[segments[k, 1], 1]
+        j0 = max(0, int(math.ceil((min(ay, by) - y0) / step)))
+        j1 = min(rows, int(math.ceil((max(ay, by) - y0) / step)))
+        for j in range(j0, j1):
+            xs[fill[j]] = ax + (y0 + j * step - ay) / (by - ay) * (bx - ax)
+            fill[j] += 1
+    for j in range(rows):
+        xs[first[j] : first[j + 1]] = np.sort(xs[first[j] : first[j + 1]])
+    return first, xs
+
+
+@kernel
+def lattice(points, segments, size, h, x0, y0, columns, rows, clearance, g):
+    """Lattice nodes inside the boundary and clear of it, (n, 2).
+
+    Row j of the lattice lies at y0 + j h sqrt(3)/2 and starts at x0, odd rows half a step further.
+    A node stays when its row's limits enclose it and it is at least ``clearance`` h from every
+    segment, further where the segment is finer: there the size grows from the segment with
+    gradient g until it reaches h.
+    """
+    step = h * ROW
+    inside = np.zeros((rows, columns), np.uint8)
+    first, xs = crossings(points, segments, y0, step, rows)
+    for j in range(rows):
+        start = x0 + (0.5 * h if j & 1 else 0.0)
+        for q in range(first[j], first[j + 1] - 1, 2):
+            i0 = max(0, int(math.ceil((xs[q] - start) / h)))
+            i1 = min(columns, int(math.ceil((xs[q + 1] - start) / h)))
+            for i in range(i0, i1):
+                inside[j, i] = 1
+    for k in range(segments.shape[0]):
+        a, b = segments[k, 0], segments[k, 1]
+        ax, ay = points[a, 0], points[a, 1]
+        ex, ey = points[b, 0] - ax, points[b, 1] - ay
+        square = ex * ex + ey * ey
+        reach = clearance * h
+        small = min(size[a], size[b])
+        if small < 0.8 * h:
+            reach = max(reach, (0.9 * h - small) / g)
+        j0 = max(0, int(math.floor((min(ay, ay + ey) - reach - y0) / step)))
+        j1 = min(rows, int(math.ceil((max(ay, ay + ey) + reach - y0) / step)) + 1)
+        for j in range(j0, j1):
+            y = y0 + j * step
+            start = x0 + (0.5 * h if j & 1 else 0.0)
+            i0 = max(0, int(math.floor((min(ax, ax + ex) - reach - start) / h)))
+            i1 = min(columns, int(math.ceil((max(ax, ax + ex) + reach - start) / h)) + 1)
+            for i in range(i0, i1):
+                if inside[j, i] == 0:
+                    continue
+                px, py = start + i * h - ax, y - ay
+                q = min(1.0, max(0.0, (px * ex + py * ey) / square))
+                if (px - q * ex) ** 2 + (py - q * ey) ** 2 < reach * reach:
+                    inside[j, i] = 0
+    n = 0
+    for j in range(rows):
+        for i in range(columns):
+            n += inside[j, i]
+    out = np.empty((n, 2))
+    n = 0
+    for j in range(rows):
+        start = x0 + (0.5 * h if j & 1 else 0.0)
+        for i in range(columns):
+            if inside[j, i]:
+                out[n, 0] = start + i * h
+                out[n, 1] = y0 + j * step
+                n += 1
+    return out

@@ -1,0 +1,386 @@
+"""Boundary nodes of all faces at once: every edge is discretised one time, for all faces that share it.
+
+The size along an edge follows the asked size, the turning of the curve, the length of short edges,
+the gaps that a triangulation of the boundary alone sees across thin parts, and a growth limit that
+also acts through shared vertices. At corners too sharp for two triangles both edges start with a
+segment of the same length, so that the one triangle there is isosceles.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fubini.curves import Curve, track
+from fubini.errors import GeometryError
+from fubini.region import Region
+from fubini.sampling import _kernels_boundary as kernels
+from fubini.tracks import TrackBuilder, Tracks, evaluate
+from fubini.triangulation.constrained import constrained_delaunay
+from fubini.triangulation.value import Boundary, Triangulation
+
+Float = NDArray[np.float64]
+
+#: Corners below this (degrees) are covered by one triangle: two halves would be too sharp.
+SHARP = 50.0
+#: Share of the shorter edge that the triangle of a sharp corner may take.
+LEG_SHARE = 0.34
+
+
+@dataclass(frozen=True)
+class SizeOptions:
+    """How large boundary segments may be.
+
+    Attributes
+    ----------
+    size : asked edge length, model units.
+    gradient : growth of the size with distance; 0.35 keeps neighbours within a factor of about 1.5.
+    turn : largest turning of the tangent along one segment, radians.
+    gap : size over the width of a gap; 2 / sqrt(3) makes one row of equilateral triangles.
+    edge_size : asked size on single edges, by edge number.
+    rounds : budget of gap detections.
+    smallest : sizes below this (times the asked size) are not followed any further.
+    """
+
+    size: float
+    gradient: float = 0.35
+    turn: float = 0.75
+    gap: float = 1.15
+    edge_size: Mapping[int, float] = field(default_factory=dict)
+    rounds: int = 24
+    smallest: float = 1e-7
+
+
+@dataclass(frozen=True)
+class Outline:
+    """One face as the boundary discretisation sees it: its curves as tracks, in loop order.
+
+    ``edges`` (c,) numbers the model's edges, ``forward`` (c,) tells whether the loop runs along the
+    edge; track j is curve j in the direction of its edge. ``angles`` (c,) holds the interior angle
+    in degrees at the start of curve j. ``loop_first`` (l + 1,) delimits the loops.
+    """
+
+    tracks: Tracks
+    loop_first: NDArray[np.int64]
+    edges: NDArray[np.int64]
+    forward: NDArray[np.bool_]
+    angles: Float
+
+    @classmethod
+    def of(cls, region: Region, edge_number: Callable[[int], int]) -> Outline:
+        """Outline of a region; ``edge_number`` turns its edge ids into running numbers."""
+        builder = TrackBuilder()
+        edges, forward, first = [], [], [0]
+        for loop in region.loops:
+            for curve, edge, along in zip(loop.curves, loop.edges, loop.forward, strict=True):
+                track(builder, curve if along else curve.reverse())
+                edges.append(edge_number(edge))
+                forward.append(along)
+            first.append(len(edges))
+        angles = np.full(len(edges), 180.0)
+        for corner in region.corners():
+            angles[first[corner.loop] + corner.index] = corner.angle
+        return cls(
+            builder.build(), np.array(first), np.array(edges, np.int64), np.array(forward), angles
+        )
+
+
+class BoundarySizing:
+    """Sizes along all edges of a model, lowered until every gap is resolved; then the nodes.
+
+    Parameters
+    ----------
+    outlines : the faces.
+    ends : (e, 2) vertex numbers of the edges.
+    options : sizes and limits.
+    """
+
+    def __init__(self, outlines: list[Outline], ends: NDArray[np.int64], options: SizeOptions) -> None:
+        self.outlines = outlines
+        self.ends = np.ascontiguousarray(ends, np.int64)
+        self.options = options
+        self.uses = np.zeros(len(ends), np.int64)
+        self._samples: list[tuple[Float, Float, Float]] = [None] * len(ends)  # type: ignore[list-item]
+        self._at_least = np.ones(len(ends), np.int64)
+        self._radius = np.zeros((len(ends), 2))
+        for outline in outlines:
+            np.add.at(self.uses, outline.edges, 1)
+            self._sample_edges(outline)
+        for outline in outlines:
+            self._protect_corners(outline)
+            self._count_closed_loops(outline)
+
+    # ---- set-up --------------------------------------------------------------------------------
+
+    def _sample_edges(self, outline: Outline) -> None:
+        """Tables of parameter, arc length and size of every edge not seen before."""
+        size = self.options.size
+        for j, e in enumerate(outline.edges):
+            if self._samples[e] is not None:
+                continue
+            t, s, h = sample_track(outline.tracks, j, self.options.turn)
+            h = np.minimum(h, min(size, self.options.edge_size.get(int(e), size), s[-1]))
+            self._samples[e] = (t, s, h)
+
+    def _protect_corners(self, outline: Outline) -> None:
+        """Give both edges of every sharp corner a first segment of one length."""
+        for c, before in loop_pairs(outline.loop_first):
+            if outline.angles[c] >= SHARP or c == before and outline.angles[c] >= 180.0:
+                continue
+            sides = self._corner_sides(outline, c, before)
+            leg = min(min(self.options.size, LEG_SHARE * self._samples[e][1][-1]) for e, _ in sides)
+            leg = self._leg_of_true_angle(outline, c, before, leg)
+            for e, i in sides:
+                old = self._radius[e, i]
+                self._radius[e, i] = min(old, leg) if old > 0.0 else leg
+
+    def _corner_sides(self, outline: Outline, c: int, before: int) -> tuple[tuple[int, int], tuple[int, int]]:
+        """Edge and end (0 or 1) of the curves that leave and reach the start of curve c."""
+        leaving = (int(outline.edges[c]), 0 if outline.forward[c] else 1)
+        arriving = (int(outline.edges[before]), 1 if outline.forward[before] else 0)
+        return leaving, arriving
+
+    def _leg_of_true_angle(self, outline: Outline, c: int, before: int, leg: float) -> float:
+        """Shorten the leg until the chords open about as wide as the tangents do."""
+        for _ in range(12):
+            p = [self._leg_end(outline, j, side, leg) for j, side in self._leg_tracks(outline, c, before)]
+            corner = evaluate(outline.tracks, c, 0.0 if outline.forward[c] else 1.0)[0]
+            u, v = p[0] - corner, p[1] - corner
+            opening = np.degrees(np.arctan2(u[0] * v[1] - u[1] * v[0], u @ v))
+            if opening > 0.93 * outline.angles[c] and opening > 1e-3:
+                break
+            leg *= 0.6
+        return leg
+
+    def _leg_tracks(self, outline: Outline, c: int, before: int) -> tuple[tuple[int, int], tuple[int, int]]:
+        return (c, 0 if outline.forward[c] else 1), (before, 1 if outline.forward[before] else 0)
+
+    def _leg_end(self, outline: Outline, j: int, side: int, leg: float) -> Float:
+        """Point at arc length ``leg`` from the given end of curve j."""
+        t, s, _ = self._samples[outline.edges[j]]
+        at = leg if side == 0 else s[-1] - leg
+        return evaluate(outline.tracks, j, np.interp(at, s, t))[0]
+
+    def _count_closed_loops(self, outline: Outline) -> None:
+        """A loop of one curve needs three segments, one of two curves two on a curved one."""
+        for a, b in zip(outline.loop_first[:-1], outline.loop_first[1:], strict=True):
+            if b - a == 1:
+                e = outline.edges[a]
+                self._at_least[e] = max(self._at_least[e], 3)
+            elif b - a == 2:
+                for j in (a, a + 1):
+                    if outline.tracks.kinds[j] != 0:
+                        e = outline.edges[j]
+                        self._at_least[e] = max(self._at_least[e], 2)
+
+    # ---- the loop ------------------------------------------------------------------------------
+
+    def resolve(self) -> EdgeNodes:
+        """Lower the sizes until no face sees a gap narrower than its nodes allow; then place the nodes.
+
+        Raises GeometryError when the boundary of a face cannot be triangulated at any size.
+        """
+        dirty = set(range(len(self.outlines)))
+        for round_ in range(self.options.rounds):
+            nodes = self._place()
+            changed: set[int] = set()
+            for f in sorted(dirty):
+                changed |= self._look_across(f, nodes, last=round_ == self.options.rounds - 1)
+            if not changed:
+                return nodes
+            dirty = self._faces_of(changed)
+        return self._place()
+
+    def lower_near(self, face: int, places: Float, nodes: EdgeNodes, factor: float) -> bool:
+        """Ask for smaller segments of one face near ``places`` (k, 2); False when nothing changed."""
+        boundary = self.boundary(face, nodes)
+        mid = boundary.points
+        distance = np.min(np.linalg.norm(mid[:, None] - np.atleast_2d(places)[None], axis=2), axis=1)
+        near = distance <= 2.5 * boundary.size
+        if not near.any():
+            near[np.argmin(distance)] = True
+        want = np.where(near, factor * boundary.size, boundary.size)
+        return bool(self._lower(face, boundary, want, nodes, 0.97))
+
+    def _place(self) -> EdgeNodes:
+        """Nodes of all edges from the present sizes."""
+        first, t, s, cap = self._flat()
+        g = self.options.gradient
+        radius = self._radius.copy()
+        vertex_size = np.full(int(self.ends.max(initial=-1)) + 1, np.inf)
+        h = cap.copy()
+        kernels.grade(first, s, h, self.ends, radius, vertex_size, g)
+        first, t, s, h = kernels.envelope(first, t, s, cap, h, g)
+        counts = np.empty(len(self.ends), np.int64)
+        kernels.count_nodes(first, s, h, radius, self._at_least, counts)
+        node_first = np.zeros(len(counts) + 1, np.int64)
+        np.cumsum(counts + 1, out=node_first[1:])
+        node_t = np.empty(node_first[-1])
+        kernels.place_nodes(first, s, t, h, radius, counts, node_first, node_t)
+        return EdgeNodes(node_first, node_t)
+
+    def _flat(self) -> tuple[NDArray[np.int64], Float, Float, Float]:
+        lengths = [len(x[0]) for x in self._samples]
+        first = np.zeros(len(lengths) + 1, np.int64)
+        np.cumsum(lengths, out=first[1:])
+        t, s, h = (np.concatenate([x[i] for x in self._samples]) for i in range(3))
+        return first, t, s, h
+
+    def boundary(self, face: int, nodes: EdgeNodes) -> Boundary:
+        """The boundary of one face, built from the nodes of its edges."""
+        outline = self.outlines[face]
+        shared = self.uses[outline.edges] > 1
+        n = int((nodes.first[outline.edges + 1] - nodes.first[outline.edges] - 1).sum())
+        points, params = np.empty((n, 2)), np.empty((n, 2))
+        kind, mode = np.empty(n, np.uint8), np.empty(n, np.uint8)
+        angle, size = np.empty(n), np.empty(n)
+        segments, tracks = np.empty((n, 2), np.int32), np.empty(n, np.int32)
+        kernels.gather_face(
+            *outline.tracks, outline.loop_first, outline.edges, outline.forward, outline.angles, shared,
+            nodes.first, nodes.t, points, kind, angle, segments, tracks, params, mode,
+        )  # fmt: skip
+        kernels.node_sizes(points, segments, angle, SHARP, self.options.size, size)
+        return Boundary(points, kind, size, angle, segments, tracks, params, mode)
+
+    def _look_across(self, face: int, nodes: EdgeNodes, last: bool) -> set[int]:
+        """Triangulate the boundary of one face alone and lower sizes where it sees gaps."""
+        boundary = self.boundary(face, nodes)
+        seen = constrained_delaunay(boundary.points, boundary)
+        if len(seen.unrecovered) or len(seen.triangles) == 0:
+            if last:
+                at = boundary.points[boundary.segments[seen.unrecovered[:1], 0]].ravel()
+                raise GeometryError("the boundary crosses or touches itself", at=at)
+            return self._untangle(face, boundary, seen, nodes)
+        want = np.empty(len(boundary.points))
+        corner = boundary.angle < SHARP
+        kernels.gap_sizes(
+            boundary.points, seen.triangles, seen.neighbours, boundary.size, corner,
+            self.options.gradient, self.options.gap, want,
+        )  # fmt: skip
+        np.maximum(want, self.options.smallest * self.options.size, out=want)
+        return self._lower(face, boundary, want, nodes, 0.85)
+
+    def _untangle(self, face: int, boundary: Boundary, seen: Triangulation, nodes: EdgeNodes) -> set[int]:
+        """Chords cross where the curves do not: halve the sizes there."""
+        want = boundary.size.copy()
+        bad = boundary.segments[seen.unrecovered] if len(seen.unrecovered) else boundary.segments
+        reach = np.linalg.norm(boundary.points[bad[:, 0]] - boundary.points[bad[:, 1]], axis=1)
+        for (a, b), r in zip(bad[:200], reach[:200], strict=True):
+            middle = 0.5 * (boundary.points[a] + boundary.points[b])
+            near = np.linalg.norm(boundary.points - middle, axis=1) <= r
+            near[[a, b]] = True
+            want[near] = np.minimum(want[near], 0.5 * boundary.size[near])
+        changed = self._lower(face, boundary, want, nodes, 0.85)
+        for e in {int(self.outlines[face].edges[j]) for j in boundary.track[seen.unrecovered]}:
+            self._radius[e] *= 0.6
+            self._at_least[e] += 1
+            changed.add(e)
+        return changed
+
+    def _lower(
+        self, face: int, boundary: Boundary, want: Float, nodes: EdgeNodes, threshold: float
+    ) -> set[int]:
+        """Write wanted sizes into the tables of the edges where they fall below ``threshold`` times the present."""
+        outline = self.outlines[face]
+        low = want < threshold * boundary.size
+        changed = self._shorten_legs(outline, boundary, want)
+        touched = np.unique(boundary.track[low[boundary.segments[:, 0]] | low[boundary.segments[:, 1]]])
+        for j in touched:
+            e = int(outline.edges[j])
+            of_edge = boundary.track == j
+            a, b = boundary.segments[of_edge].T
+            t_all = np.concatenate([boundary.t[of_edge, 0], boundary.t[of_edge, 1]])
+            w_all = np.concatenate([want[a], want[b]])
+            t_node, index = np.unique(t_all, return_index=True)
+            t, s, h = self._samples[e]
+            t_new = np.union1d(t, t_node)
+            s_new = np.interp(t_new, t, s)
+            h_old = np.interp(s_new, s, h)
+            h_new = np.minimum(h_old, np.interp(t_new, t_node, w_all[index]))
+            if (h_new < 0.999 * h_old).any():
+                self._samples[e] = (t_new, s_new, h_new)
+                changed.add(e)
+        return changed
+
+    def _shorten_legs(self, outline: Outline, boundary: Boundary, want: Float) -> set[int]:
+        """The triangle of a sharp corner must not be larger than the gap beside it."""
+        changed: set[int] = set()
+        ends = boundary.segments
+        for v in np.flatnonzero(boundary.angle < SHARP):
+            leave = int(np.flatnonzero(ends[:, 0] == v)[0])
+            reach = int(np.flatnonzero(ends[:, 1] == v)[0])
+            p, q = ends[leave, 1], ends[reach, 0]
+            base = float(np.linalg.norm(boundary.points[p] - boundary.points[q]))
+            ratio = min(want[p], want[q]) / base if base > 0.0 else 1.0
+            if ratio >= 0.85:
+                continue
+            for k, at_start in ((leave, True), (reach, False)):
+                j = int(boundary.track[k])
+                e = int(outline.edges[j])
+                i = 0 if at_start == bool(outline.forward[j]) else 1
+                self._radius[e, i] *= max(0.4, ratio)
+                changed.add(e)
+        return changed
+
+    def _faces_of(self, edges: set[int]) -> set[int]:
+        """Faces whose discretisation may have changed with these edges (their vertices' edges too)."""
+        vertices = set(self.ends[sorted(edges)].ravel().tolist())
+        out = set()
+        for f, outline in enumerate(self.outlines):
+            if not vertices.isdisjoint(self.ends[outline.edges].ravel().tolist()):
+                out.add(f)
+        return out
+
+
+@dataclass(frozen=True)
+class EdgeNodes:
+    """Parameters of the nodes on every edge, ends included: ``t[first[e] : first[e + 1]]``."""
+
+    first: NDArray[np.int64]
+    t: Float
+
+    def of(self, edge: int) -> Float:
+        """Parameters on one edge, ascending from 0 to 1."""
+        return self.t[self.first[edge] : self.first[edge + 1]]
+
+    def with_nodes(self, extra: Mapping[int, list[float]]) -> EdgeNodes:
+        """The same with more nodes on some edges."""
+        parts = [self.of(e) for e in range(len(self.first) - 1)]
+        for e, t in extra.items():
+            parts[e] = np.union1d(parts[e], t)
+        first = np.zeros(len(parts) + 1, np.int64)
+        np.cumsum([len(p) for p in parts], out=first[1:])
+        return EdgeNodes(first, np.concatenate(parts))
+
+
+def loop_pairs(loop_first: NDArray[np.int64]) -> list[tuple[int, int]]:
+    """For every curve its number and that of the curve before it in its loop."""
+    pairs = []
+    for a, b in zip(loop_first[:-1], loop_first[1:], strict=True):
+        pairs += [(c, c - 1 if c > a else int(b) - 1) for c in range(int(a), int(b))]
+    return pairs
+
+
+def sample_track(tracks: Tracks, j: int, turn: float) -> tuple[Float, Float, Float]:
+    """Parameters, arc lengths and curvature-bound sizes (n,) along track j; two samples for a line."""
+    if tracks.kinds[j] == 0:
+        x = evaluate(tracks, j, [0.0, 1.0])
+        return np.array([0.0, 1.0]), np.array([0.0, np.hypot(*(x[1] - x[0]))]), np.full(2, np.inf)
+    n = 129
+    if tracks.kinds[j] == 2:
+        n = int(np.clip(16 * tracks.data[tracks.offsets[j] + 4] + 1, 65, 4097))
+    t = np.linspace(0.0, 1.0, n)
+    x = evaluate(tracks, j, t)
+    s = np.zeros(n)
+    np.cumsum(np.hypot(*np.diff(x, axis=0).T), out=s[1:])
+    keep = np.concatenate([[True], np.diff(s) > 0.0])
+    t, s, x = t[keep], s[keep], np.ascontiguousarray(x[keep])
+    h = np.empty(len(s))
+    kernels.turning_sizes(x, s, turn, h)
+    return t, s, h
+
+
+__all__ = ["BoundarySizing", "EdgeNodes", "Outline", "SizeOptions", "Curve"]
