@@ -1,0 +1,192 @@
+"""From a CAD shape to the model: every planar face as a region of exact curves in its own plane."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from OCP.BRepGProp import BRepGProp
+from OCP.GProp import GProp_GProps
+
+from fubini.cad import occ
+from fubini.cad.edges import EdgeTable
+from fubini.cad.names import resolve
+from fubini.cad.planes import face_plane, make_frame, surface_name
+from fubini.cad.source import Source
+from fubini.cad.spacecurve import project
+from fubini.cad.wires import Coedge, Outline, face_outline
+from fubini.curves import Curve
+from fubini.errors import GeometryError, InputError
+from fubini.model import Edge, Face, Frame, Model, SkippedFace
+from fubini.region import Loop, Region
+from fubini.tolerance import FLAT, VERTEX_GAP
+
+Float = NDArray[np.float64]
+
+#: A face of less area than this, times the square of its perimeter, has none.
+_NO_AREA = 1e-12
+
+
+def build_model(source: Source, check: bool = True) -> Model:
+    """The planar faces of a source; ``check`` looks for crossing and touching outlines.
+
+    Raises ``InputError`` when there is no planar face and ``GeometryError`` with face, edge and
+    coordinates where an outline bounds no region.
+    """
+    shape = source.shape
+    faces = occ.ShapeMap(shape, occ.FACE)
+    if not len(faces):
+        raise InputError("no face in it", file=source.label, fix="give faces, solids or closed outlines")
+    size = occ.diagonal(shape)
+    if not size > 0.0:
+        raise GeometryError("a model of no extent", file=source.label)
+    builder = _Builder(shape, size, check)
+    names = resolve(faces, source.face_names)
+    planar: list[Face] = []
+    skipped: list[SkippedFace] = []
+    for index, face in enumerate(faces):
+        try:
+            found = builder.face(index, face, names.get(index))
+        except GeometryError as error:
+            raise GeometryError(
+                error.message, file=source.label, face=index, edge=error.edge, at=error.at, fix=error.fix
+            ) from error
+        if isinstance(found, Face):
+            planar.append(found)
+        else:
+            skipped.append(found)
+    if not planar:
+        kinds = ", ".join(sorted({s.surface for s in skipped}))
+        raise InputError(
+            f"none of the {len(faces)} faces is planar ({kinds})",
+            file=source.label,
+            fix="only planar faces can be meshed",
+        )
+    edge_names = resolve(builder.table.shapes, source.edge_names)
+    return Model(
+        source=source.label,
+        faces=tuple(planar),
+        edges={i: dataclasses.replace(e, name=edge_names.get(i)) for i, e in sorted(builder.edges.items())},
+        vertices=dict(sorted(builder.vertices.items())),
+        skipped=tuple(skipped),
+        diagonal=size,
+        notes=(*source.notes, *builder.notes),
+        native=shape,
+    )
+
+
+class _Builder:
+    """What the faces of one shape share: its edges, vertices and remarks."""
+
+    def __init__(self, shape: Any, diagonal: float, check: bool) -> None:
+        self.table = EdgeTable(shape, diagonal)
+        self.diagonal = diagonal
+        self.check = check
+        self.edges: dict[int, Edge] = {}
+        self.vertices: dict[int, Float] = {}
+        self.notes: list[str] = []
+
+    def face(self, index: int, shape: Any, name: str | None) -> Face | SkippedFace:
+        face = occ.as_face(shape)
+        plane = face_plane(face, FLAT * self.diagonal)
+        if plane is None:
+            return SkippedFace(index, surface_name(face), "not planar", name)
+        outline = face_outline(face, self.table, VERTEX_GAP * self.diagonal)
+        self._note_left_out(index, outline)
+        if not outline.chains:
+            raise GeometryError("a face without an outline")
+        used = [self.table[c.edge] for chain in outline.chains for c in chain]
+        frame = make_frame(*plane, np.mean([e.ends.mean(axis=0) for e in used], axis=0))
+        self._note_off_plane(index, used, frame)
+        region = self._region(outline, frame, name or f"face {index}")
+        tolerance = float(occ.tolerance(face))
+        return Face(index, region, frame, name, _area(face), tolerance)
+
+    def _region(self, outline: Outline, frame: Frame, label: str) -> Region:
+        corners: dict[int, Float] = {}
+        loops = [self._loop(chain, frame, corners) for chain in outline.chains]
+        loops.sort(key=lambda loop: -abs(loop.signed_area))
+        region = Region(loops[0], tuple(loops[1:]), label)
+        if not abs(region.area) > _NO_AREA * region.perimeter**2:
+            raise GeometryError(
+                f"a face of no area ({region.area:.3g})", at=frame.to_space(region.outer.curves[0].start)[0]
+            )
+        if self.check:
+            try:
+                region.check()
+            except GeometryError as error:
+                at = None if error.at is None else frame.to_space(error.at)[0]
+                raise GeometryError(error.message, edge=error.edge, at=at, fix=error.fix) from error
+        return region
+
+    def _loop(self, chain: tuple[Coedge, ...], frame: Frame, corners: dict[int, Float]) -> Loop:
+        curves = []
+        reach = VERTEX_GAP * self.diagonal
+        for coedge in chain:
+            curve = self._curve(coedge.edge, frame, corners)
+            curves.append(curve if coedge.forward else curve.reverse())
+            reach = max(reach, 2.0 * self.table[coedge.edge].tolerance)
+        return Loop.closed(curves, reach, [c.edge for c in chain], [c.forward for c in chain])
+
+    def _curve(self, index: int, frame: Frame, corners: dict[int, Float]) -> Curve:
+        """The edge in the plane, from vertex to vertex."""
+        edge = self.table[index]
+        self._register(index)
+        places = []
+        for vertex, end in zip(edge.vertices, edge.ends, strict=True):
+            if vertex >= 0 and vertex not in corners:
+                corners[vertex] = project(frame, self.table.points[vertex])
+            places.append(corners[vertex] if vertex >= 0 else project(frame, end))
+        if edge.vertices == (-1, -1) and np.linalg.norm(edge.ends[1] - edge.ends[0]) <= VERTEX_GAP * self.diagonal:
+            places[1] = places[0]
+        return edge.curve.to_plane(frame, places[0], places[1])
+
+    def _register(self, index: int) -> None:
+        """Put an edge and its vertices into the model, with remarks about it."""
+        if index in self.edges:
+            return
+        edge = self.table[index]
+        self.edges[index] = Edge(
+            index, edge.curve.kind, *edge.vertices, tolerance=edge.tolerance, conversion=edge.curve.conversion
+        )
+        for vertex, end in zip(edge.vertices, edge.ends, strict=True):
+            if vertex < 0:
+                continue
+            point = self.vertices.setdefault(vertex, self.table.points[vertex])
+            gap = float(np.linalg.norm(point - end))
+            if gap > VERTEX_GAP * self.diagonal:
+                self.notes.append(
+                    f"edge {index} ends {gap:.3g} off its vertex at {_words(point)}; its end was moved there"
+                )
+        if edge.curve.conversion > 0.0:
+            self.notes.append(
+                f"edge {index} ({edge.curve.kind} curve) is approximated within {edge.curve.conversion:.3g}"
+            )
+
+    def _note_left_out(self, face: int, outline: Outline) -> None:
+        for edges, why in (
+            (outline.embedded, "lies inside the face and is left out"),
+            (outline.doubled, "is run through both ways (slit or bridge) and is left out"),
+        ):
+            for index in edges:
+                self.notes.append(f"face {face}: edge {index} at {_words(self.table[index].ends.mean(axis=0))} {why}")
+
+    def _note_off_plane(self, face: int, used: list[Any], frame: Frame) -> None:
+        worst = max(used, key=lambda e: e.curve.leaves(frame))
+        distance = worst.curve.leaves(frame)
+        if distance > FLAT * self.diagonal:
+            self.notes.append(
+                f"face {face}: edge {worst.index} leaves the plane by up to {distance:.3g}; it is projected into it"
+            )
+
+
+def _area(face: Any) -> float:
+    properties = GProp_GProps()
+    occ.static(BRepGProp, "SurfaceProperties")(face, properties)
+    return abs(float(properties.Mass()))
+
+
+def _words(point: Float) -> str:
+    return "(" + ", ".join(f"{x:.9g}" for x in point) + ")"
