@@ -9,6 +9,8 @@ import numpy as np
 from fubini.curves import BSpline, CircularArc, Curve, Line
 from fubini.model import Edge, Face, Frame, Model
 from fubini.region import Loop, Region
+from fubini.sampling.boundary import BoundarySizing, EdgeNodes, Outline, SizeOptions
+from fubini.triangulation.value import Boundary
 
 TURN = 2 * math.pi
 
@@ -154,3 +156,13 @@ def model_of(*regions: Region) -> Model:
         frame = Frame(np.zeros(3), np.array([1.0, 0, 0]), np.array([0, 1.0, 0]))
         faces.append(Face(i, Region(loops[0], tuple(loops[1:])), frame))
     return Model("test", tuple(faces), edges, vertices, diagonal=max(r.diagonal for r in regions))
+
+
+def discretise(region: Region, size: float, **options) -> tuple[Boundary, BoundarySizing, EdgeNodes]:
+    """Boundary of one region at an asked size, with the sizing and the nodes that it came from."""
+    model = model_of(region)
+    outline = Outline.of(model.faces[0].region, int)
+    ends = np.array([(e.start, e.end) for e in model.edges.values()])
+    sizing = BoundarySizing([outline], ends, SizeOptions(size, **options))
+    nodes = sizing.resolve()
+    return sizing.boundary(0, nodes), sizing, nodes

@@ -18,9 +18,9 @@ __version__ = "0.1.0"
 if TYPE_CHECKING:
     from fubini.cells import decompose, integrate
     from fubini.curves import fit_bezier
-    from fubini.result import Mesh
     from fubini.model import Model
     from fubini.pipeline import load, mesh
+    from fubini.result import Mesh
 
 __all__ = ["Mesh", "Model", "decompose", "fit_bezier", "integrate", "load", "mesh"]
 

@@ -12,8 +12,7 @@ from fubini.pipeline.options import MeshOptions, Progress
 from fubini.sampling.boundary import BoundarySizing, EdgeNodes, Outline
 from fubini.sampling.interior import lattice_points
 from fubini.triangulation.constrained import constrained_delaunay
-from fubini.triangulation.value import Boundary
-from fubini.triangulation.value import LOCKED
+from fubini.triangulation.value import LOCKED, Boundary
 
 Float = NDArray[np.float64]
 

@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 
 from fubini import certificate
 from fubini.errors import FubiniError, OptionError
-from fubini.result import Certificate, Mesh
 from fubini.model import Model, SkippedFace
 from fubini.pipeline.assemble import Assembly, assemble
 from fubini.pipeline.faces import FaceMesher, FaceResult
 from fubini.pipeline.options import MeshOptions, Progress, check_count, pick_size
+from fubini.result import Certificate, Mesh
 from fubini.sampling.boundary import BoundarySizing, Outline, SizeOptions
 from fubini.tracks import evaluate
 from fubini.triangulation.value import CORNER

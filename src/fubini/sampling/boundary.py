@@ -128,7 +128,7 @@ class BoundarySizing:
     def _protect_corners(self, outline: Outline) -> None:
         """Give both edges of every sharp corner a first segment of one length."""
         for c, before in loop_pairs(outline.loop_first):
-            if outline.angles[c] >= SHARP or c == before and outline.angles[c] >= 180.0:
+            if outline.angles[c] >= SHARP or (c == before and outline.angles[c] >= 180.0):
                 continue
             sides = self._corner_sides(outline, c, before)
             leg = min(min(self.options.size, LEG_SHARE * self._samples[e][1][-1]) for e, _ in sides)
@@ -383,4 +383,4 @@ def sample_track(tracks: Tracks, j: int, turn: float) -> tuple[Float, Float, Flo
     return t, s, h
 
 
-__all__ = ["BoundarySizing", "EdgeNodes", "Outline", "SizeOptions", "Curve"]
+__all__ = ["BoundarySizing", "Curve", "EdgeNodes", "Outline", "SizeOptions"]
