@@ -138,12 +138,15 @@ def box(n: int = 2) -> Mesh:
     polygon = Polygon(UNIT)
     for k, frame in enumerate(frames):
         number = np.array(
-            [places.setdefault(tuple(np.round(p, 9) + 0.0), len(places)) for p in frame.to_space(plane)], np.int32
+            [places.setdefault(tuple(np.round(p, 9) + 0.0), len(places)) for p in frame.to_space(plane)],
+            np.int32,
         )
         outline = outline_of(polygon, plane, triangles)
         all_triangles.append(number[triangles])
         outlines.append(
-            Outline(number[outline.segments], outline.curve, outline.t, number[outline.corners], outline.angles)
+            Outline(
+                number[outline.segments], outline.curve, outline.t, number[outline.corners], outline.angles
+            )
         )
         faces.append(Face(k, polygon, frame, "lid" if k == 1 else None, 1.0))
     points = np.array(list(places))

@@ -267,9 +267,7 @@ def _flaw_reasons(flaws: _Flaws, shape: TriangleFigures) -> list[str]:
     return [f"{flaws.excess} flawed {what}{beyond}, worst at {_text(flaws.worst_at)}: {figures}"]
 
 
-def _boundary_reasons(
-    boundary: _Boundary, points: Float, outline: Outline, diagonal: float
-) -> list[str]:
+def _boundary_reasons(boundary: _Boundary, points: Float, outline: Outline, diagonal: float) -> list[str]:
     if not boundary.node.size or boundary.node.max() <= ON_CURVE * diagonal + outline.slack:
         return []
     segment, end = np.unravel_index(boundary.node.argmax(), boundary.node.shape)

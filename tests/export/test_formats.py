@@ -38,8 +38,10 @@ def test_reads_back(tmp_path, suffix):
     if suffix == ".obj":  # grouped by face: here the order is that of the mesh
         assert points.dtype == np.float64
     np.testing.assert_allclose(
-        np.asarray(points)[triangles], wanted,
-        rtol=0 if suffix in DOUBLE else 1e-6, atol=0 if suffix in DOUBLE else 1e-7,
+        np.asarray(points)[triangles],
+        wanted,
+        rtol=0 if suffix in DOUBLE else 1e-6,
+        atol=0 if suffix in DOUBLE else 1e-7,
     )
     if suffix != ".stl":
         assert len(points) == len(mesh.points)
@@ -61,7 +63,9 @@ def test_ply_keeps_face(tmp_path):
     mesh = box(2)
     mesh.save(tmp_path / "a.ply")
     found = trimesh.load(tmp_path / "a.ply", process=False)
-    np.testing.assert_array_equal(found.metadata["_ply_raw"]["face"]["data"]["face"].ravel(), mesh.face_of_triangle)
+    np.testing.assert_array_equal(
+        found.metadata["_ply_raw"]["face"]["data"]["face"].ravel(), mesh.face_of_triangle
+    )
 
 
 @pytest.mark.parametrize("suffix", formats())
