@@ -105,9 +105,9 @@ def square(n: int = 2, **options) -> Mesh:
 
 
 def bad_square() -> Mesh:
-    """The unit square with one node pulled towards a corner: two flawed triangles."""
+    """The unit square with its middle node pulled to one side: flawed triangles, none upside down."""
     plane, triangles = grid(2)
-    plane[4] = (0.9, 0.2)
+    plane[4] = (0.9, 0.6)
     return one_face(UNIT, plane, triangles)
 
 
@@ -144,9 +144,7 @@ def box(n: int = 2) -> Mesh:
         outline = outline_of(polygon, plane, triangles)
         all_triangles.append(number[triangles])
         outlines.append(
-            Outline(
-                number[outline.segments], outline.curve, outline.t, number[outline.corners], outline.angles
-            )
+            Outline(number[outline.segments], outline.curve, outline.t, number[outline.corners], outline.angles)
         )
         faces.append(Face(k, polygon, frame, "lid" if k == 1 else None, 1.0))
     points = np.array(list(places))

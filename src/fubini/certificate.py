@@ -208,7 +208,7 @@ def _find_flaws(
     limits: tuple[float, float],
 ) -> _Flaws:
     flawed = np.flatnonzero(shape.flawed(*limits))
-    sharp = np.flatnonzero(outline.angles < corner_limit(limits[0]))
+    sharp = np.flatnonzero(outline.angles < corner_limit(*limits))
     nodes = outline.corners[sharp]
     excused = flawed[excuse(triangles[flawed], nodes)] if len(flawed) and len(nodes) else flawed[:0]
     rest = shape.skew.copy()

@@ -20,9 +20,7 @@ OBLIQUE = Frame(np.array([3.0, 4, 5]), np.array([0.6, 0.8, 0.0]), np.array([0.0,
 def disk(n: int, rings: int = 1):
     """A unit disk as a fan of n triangles, bounded by one closed curve."""
     t = np.arange(n + 1) / n
-    plane = np.concatenate(
-        [[[0.0, 0.0]], np.stack([np.cos(2 * np.pi * t[:-1]), np.sin(2 * np.pi * t[:-1])], 1)]
-    )
+    plane = np.concatenate([[[0.0, 0.0]], np.stack([np.cos(2 * np.pi * t[:-1]), np.sin(2 * np.pi * t[:-1])], 1)])
     ring = 1 + np.arange(n)
     triangles = np.stack([np.zeros(n, int), ring, 1 + (np.arange(n) + 1) % n], 1).astype(np.int32)
     outline = Outline(
@@ -137,9 +135,7 @@ def test_node_off_its_edge():
     face, points, triangles, outline = disk(12)
     points = points.copy()
     points[4] += 1e-5 * (points[4] - points[0])
-    found = certify_face(
-        face, points, triangles, dataclasses.replace(outline, edges={0: 31}), circle, diagonal=3.0
-    )
+    found = certify_face(face, points, triangles, dataclasses.replace(outline, edges={0: 31}), circle, diagonal=3.0)
     assert found.boundary_distance == pytest.approx(1e-5, rel=1e-6)
     assert any("boundary node 1e-05 from edge 31" in r for r in found.reasons)
     relaxed = dataclasses.replace(outline, slack=1e-4)

@@ -63,9 +63,7 @@ def test_ply_keeps_face(tmp_path):
     mesh = box(2)
     mesh.save(tmp_path / "a.ply")
     found = trimesh.load(tmp_path / "a.ply", process=False)
-    np.testing.assert_array_equal(
-        found.metadata["_ply_raw"]["face"]["data"]["face"].ravel(), mesh.face_of_triangle
-    )
+    np.testing.assert_array_equal(found.metadata["_ply_raw"]["face"]["data"]["face"].ravel(), mesh.face_of_triangle)
 
 
 @pytest.mark.parametrize("suffix", formats())
@@ -132,9 +130,7 @@ def test_conversions():
 
 def test_empty_and_infinite_are_refused(tmp_path):
     mesh = square()
-    empty = dataclasses.replace(
-        mesh, triangles=np.empty((0, 3), np.int32), face_of_triangle=np.empty(0, np.int32)
-    )
+    empty = dataclasses.replace(mesh, triangles=np.empty((0, 3), np.int32), face_of_triangle=np.empty(0, np.int32))
     with pytest.raises(ExportError, match="no triangle"):
         empty.save(tmp_path / "a.stl")
     with pytest.raises(ExportError, match="not finite"):
