@@ -6,6 +6,7 @@ cells or CAD; ``track`` writes them into the tables that compiled code evaluates
 
 from fubini.curves.base import Curve
 from fubini.curves.conic import CircularArc, EllipticalArc
+from fubini.curves.fit import BezierFit, fit_bezier
 from fubini.curves.limit import LimitFunction
 from fubini.curves.line import Line
 from fubini.curves.spline import Bezier, BSpline
@@ -14,10 +15,12 @@ from fubini.curves.tracking import track
 __all__ = [
     "BSpline",
     "Bezier",
+    "BezierFit",
     "CircularArc",
     "Curve",
     "EllipticalArc",
     "LimitFunction",
     "Line",
+    "fit_bezier",
     "track",
 ]

@@ -18,16 +18,16 @@ if TYPE_CHECKING:
 Float = NDArray[np.float64]
 
 #: Coordinates closer than this, times their largest size, cannot be told apart.
-NOISE = 64 * np.finfo(float).eps
+NOISE = 16 * np.finfo(float).eps
 
 
 def frozen(values: ArrayLike, shape: tuple[int | None, ...], what: str) -> Float:
-    """A read-only float64 copy of ``values``; an error that names ``what`` unless finite and of this shape."""
+    """A read-only float64 copy of ``values``; the error names ``what`` unless finite and of this shape."""
     try:
         array = np.array(values, np.float64)
     except (TypeError, ValueError) as error:
         raise GeometryError(f"{what} is not made of numbers: {error}") from None
-    if array.ndim != len(shape) or any(n is not None and n != m for n, m in zip(shape, array.shape, strict=True)):
+    if array.ndim != len(shape) or any(n not in (None, m) for n, m in zip(shape, array.shape)):
         raise GeometryError(f"{what} has shape {array.shape} where {shape} is needed")
     if not math.isfinite(array.sum()) and not np.isfinite(array).all():
         raise GeometryError(f"{what} holds a coordinate that is not finite")
@@ -167,10 +167,9 @@ class Curve(ABC):
         return p.min(axis=0), p.max(axis=0)
 
     def is_constant(self, axis: int, tolerance: float) -> bool:
-        """Whether the coordinate along ``axis`` stays within ``tolerance`` (in model units) over the curve."""
-        other(axis)
-        low, high = self.bounding_box()
-        return bool(high[axis] - low[axis] <= tolerance)
+        """Whether the coordinate along ``axis`` varies by at most ``tolerance`` (in model units)."""
+        x = self.point(np.concatenate([[0.0], self.turning_points(axis), [1.0]]))[:, axis]
+        return bool(x.max() - x.min() <= tolerance)
 
     # -- pieces ---------------------------------------------------------------------------------
 
@@ -179,7 +178,7 @@ class Curve(ABC):
         return self.trim(0.0, t), self.trim(t, 1.0)
 
     def graph_pieces(self, axis: int) -> tuple[Self, ...]:
-        """The curve cut at its turning points: each piece is a function of that coordinate, or constant in it."""
+        """The curve cut at its turning points: each piece is a function of that coordinate, or constant."""
         t = self.turning_points(axis)
         if len(t) == 0:
             return (self,)
@@ -187,7 +186,7 @@ class Curve(ABC):
         return tuple(self.trim(a, b) for a, b in itertools.pairwise(cuts))
 
     def limit(self, axis: int) -> LimitFunction:
-        """The other coordinate as a function of this one; the curve must be a graph piece, see ``graph_pieces``."""
+        """The other coordinate as a function of this one; for a graph piece, see ``graph_pieces``."""
         from fubini.curves.limit import LimitFunction
 
         return LimitFunction(self, axis)

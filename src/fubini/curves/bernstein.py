@@ -18,7 +18,7 @@ _STEPS = 64
 
 
 def jet(c: Float, u: Float, order: int) -> list[Float]:
-    """Value and derivatives up to ``order`` (0, 1 or 2) of polynomials c (n, d + 1, m) at u (n,): each (n, m).
+    """Value and derivatives up to ``order`` (at most 2) of c (n, d + 1, m) at u (n,): each (n, m).
 
     De Casteljau's scheme: convex combinations only.
     """

@@ -9,12 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fubini.curves import bernstein
+from fubini.curves.base import NOISE
 from fubini.errors import GeometryError
 
 Float = NDArray[np.float64]
 
 #: Parameters closer than this to a break are taken to be the break.
 _SNAP = 4 * np.finfo(float).eps
+
+#: The table of samples is refined, at most so often, where the curve is this far (times the chord) off it.
+_SAG, _HALVINGS = 0.25, 8
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,24 +101,44 @@ class Chain:
         return Chain(1.0 - self.breaks[::-1], self.poles[::-1, ::-1].copy(), self.origin, self.rational)
 
     @cached_property
-    def table(self) -> Float:
-        """Sorted parameters (m,) with all breaks, dense enough to start searches from."""
-        per = 4 * self.degree + 1
+    def table(self) -> tuple[Float, Float]:
+        """Sorted parameters (m,), dense enough to start searches from, all breaks included; points (m, 2).
+
+        Intervals are halved where the curve leaves its chord, as it does under uneven weights.
+        """
+        per = 3 * self.degree
         inner = self.breaks[:-1, None] + np.diff(self.breaks)[:, None] * (np.arange(per) / per)
-        return np.concatenate([inner.ravel(), [1.0]])
+        t = np.concatenate([inner.ravel(), [1.0]])
+        p = self.evaluate(t, 0)[0]
+        for _ in range(_HALVINGS):
+            middle = (t[:-1] + t[1:]) / 2.0
+            m = self.evaluate(middle, 0)[0]
+            sag = np.hypot(*(m - (p[:-1] + p[1:]) / 2.0).T)
+            coarse = np.nonzero(sag > _SAG * np.hypot(*np.diff(p, axis=0).T))[0]
+            if len(coarse) == 0:
+                break
+            t = np.insert(t, coarse + 1, middle[coarse])
+            p = np.insert(p, coarse + 1, m[coarse], axis=0)
+        return t, p
+
+    @cached_property
+    def _flat_poles(self) -> Float:
+        return self.poles[..., :2] / self.poles[..., 2:]
+
+    def noise(self, axis: int) -> float:
+        """Differences of the coordinate below this are rounding errors."""
+        size = float(np.ptp(self._flat_poles.reshape(-1, 2), axis=0).max())
+        return NOISE * max(float(np.abs(self._flat_poles[..., axis] + self.origin[axis]).max()), size)
 
     def flats(self, axis: int) -> NDArray[np.bool_]:
         """Pieces (p,) of constant coordinate: within rounding, and too long for a mere vertical tangent."""
-        from fubini.curves.base import NOISE
-
-        xy = self.poles[..., :2] / self.poles[..., 2:]
-        extent = np.ptp(xy, axis=1)
-        size = float(np.ptp(xy.reshape(-1, 2), axis=0).max())
-        noise = NOISE * max(float(np.abs(xy[..., axis] + self.origin[axis]).max()), size)
+        extent = np.ptp(self._flat_poles, axis=1)
+        size = float(np.ptp(self._flat_poles.reshape(-1, 2), axis=0).max())
+        noise = self.noise(axis)
         return (extent[:, axis] <= noise) & (extent[:, 1 - axis] > 4.0 * np.sqrt(noise * size))
 
     def extremes(self, axis: int) -> Float:
-        """Sorted parameters (m,) from 0 to 1, among them all breaks and all local extremes of the coordinate."""
+        """Sorted parameters (m,) from 0 to 1, among them all breaks and all extremes of the coordinate."""
         found = [self.breaks]
         for k, piece in enumerate(self.poles):
             x, w = piece[:, axis], piece[:, 2]

@@ -10,14 +10,18 @@ from numpy.typing import ArrayLike
 
 from fubini.curves import moments
 from fubini.curves.base import NOISE, Curve, Float, affine, frozen, other
-from fubini.curves.quadrature import adaptive, fixed
+from fubini.curves.nearest import nearest
+from fubini.curves.quadrature import arc_length, fixed
 from fubini.errors import GeometryError
 
 _TURN = 2.0 * math.pi
 
+#: A map this close (relative) to a similarity takes circles to circles.
+_SIMILAR = 1e-13
+
 
 class Conic(Curve):
-    """What circular and elliptical arcs share; ``major`` and ``minor`` are any two conjugate half-diameters."""
+    """What circular and elliptical arcs share; ``major`` and ``minor`` are conjugate half-diameters."""
 
     center: Float
     major: Float
@@ -54,6 +58,9 @@ class Conic(Curve):
         u = self._angle(t)[..., None]
         return -((self.angle1 - self.angle0) ** 2) * (np.cos(u) * self.major + np.sin(u) * self.minor)
 
+    def _cut(self, t: float) -> float:
+        return self.angle1 if t == 1.0 else self.angle0 + t * (self.angle1 - self.angle0)
+
     def _extreme(self, axis: int) -> tuple[float, float]:
         """r and phi of ``coordinate = center + r cos(u - phi)``."""
         a, b = float(self.major[axis]), float(self.minor[axis])
@@ -85,8 +92,11 @@ class Conic(Curve):
         o = np.asarray(origin, np.float64)
         # trigonometric polynomials of degree 4 over at most a quarter turn: 16 nodes are exact to rounding
         parts = max(1, math.ceil(abs(self.angle1 - self.angle0) / (math.pi / 2) - 1e-9))
-        breaks = np.linspace(0.0, 1.0, parts + 1)
-        inner = fixed(lambda t: moments.integrand(self._point(t) - o, self._derivative(t)), breaks, 16).sum(axis=0)
+
+        def integrand(t: Float) -> Float:
+            return moments.integrand(self._point(t) - o, self._derivative(t))
+
+        inner = fixed(integrand, np.linspace(0.0, 1.0, parts + 1), 16).sum(axis=0)
         ends = self._point(np.array([0.0, 1.0])) - o
         return moments.add(
             tuple(inner.tolist()),
@@ -97,7 +107,10 @@ class Conic(Curve):
 
 @dataclass(frozen=True, init=False, eq=False)
 class CircularArc(Conic):
-    """Arc of a circle from ``angle0`` to ``angle1`` (radians, counter-clockwise when it grows, up to a full turn)."""
+    """Arc of a circle from ``angle0`` to ``angle1`` (radians).
+
+    Counter-clockwise when the angle grows; up to a full turn.
+    """
 
     center: Float
     radius: float
@@ -144,9 +157,6 @@ class CircularArc(Conic):
         u0, u1 = self._cut(t0), self._cut(t1)
         return CircularArc(self.center, self.radius, u0, u1, self.point(t0), self.point(t1))
 
-    def _cut(self, t: float) -> float:
-        return self.angle1 if t == 1.0 else self.angle0 + t * (self.angle1 - self.angle0)
-
     def reverse(self) -> CircularArc:
         return CircularArc(self.center, self.radius, self.angle1, self.angle0, self.end, self.start)
 
@@ -156,11 +166,12 @@ class CircularArc(Conic):
         scale = math.sqrt(abs(m[0, 0] * m[1, 1] - m[0, 1] * m[1, 0]))
         mirror = math.copysign(1.0, m[0, 0] * m[1, 1] - m[0, 1] * m[1, 0])
         skew = max(abs(m[0, 0] - mirror * m[1, 1]), abs(m[0, 1] + mirror * m[1, 0]))
-        if skew <= NOISE * scale:
+        if skew <= _SIMILAR * scale:
             turn = math.atan2(m[1, 0], m[0, 0])
             angles = turn + mirror * self.angle0, turn + mirror * self.angle1
             return CircularArc(center, self.radius * scale, *angles, *ends)
-        return EllipticalArc(center, self.radius * m[:, 0], self.radius * m[:, 1], self.angle0, self.angle1, *ends)
+        major, minor = self.radius * m[:, 0], self.radius * m[:, 1]
+        return EllipticalArc(center, major, minor, self.angle0, self.angle1, *ends)
 
 
 @dataclass(frozen=True, init=False, eq=False)
@@ -191,26 +202,21 @@ class EllipticalArc(Conic):
         end: ArrayLike | None = None,
     ) -> None:
         c, a, b = frozen(center, (2,), "center"), frozen(major, (2,), "major"), frozen(minor, (2,), "minor")
-        if abs(a[0] * b[1] - a[1] * b[0]) <= NOISE * NOISE * (np.abs(a).max() + np.abs(b).max()) ** 2:
+        if abs(a[0] * b[1] - a[1] * b[0]) <= NOISE * math.hypot(*a) * math.hypot(*b):
             raise GeometryError("the half-diameters of an ellipse are parallel or vanish", at=c.tolist())
         self._store(center=c, major=a, minor=b, angle0=float(angle0), angle1=float(angle1))
         self._place(start, end)
 
     def length(self, t0: float = 0.0, t1: float = 1.0) -> float:
-        def speed(t: Float) -> Float:
-            d = self._derivative(t)
-            return np.hypot(d[:, 0], d[:, 1])[:, None]
-
-        return float(adaptive(speed, np.linspace(t0, t1, 5), 1e-14)[0])
+        return arc_length(self._derivative, np.linspace(0.0, 1.0, 5), t0, t1)
 
     def closest(self, points: ArrayLike) -> tuple[Float, Float]:
-        from fubini.curves.nearest import nearest
-
-        return nearest(self, np.linspace(0.0, 1.0, 65), points)
+        t = np.linspace(0.0, 1.0, 65)
+        return nearest(self, t, self.point(t), points)
 
     def trim(self, t0: float, t1: float) -> EllipticalArc:
         self._check_trim(t0, t1)
-        u0, u1 = (self.angle1 if t == 1.0 else float(self._angle(np.asarray(t))) for t in (t0, t1))
+        u0, u1 = self._cut(t0), self._cut(t1)
         return EllipticalArc(self.center, self.major, self.minor, u0, u1, self.point(t0), self.point(t1))
 
     def reverse(self) -> EllipticalArc:

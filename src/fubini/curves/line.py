@@ -68,7 +68,8 @@ class Line(Curve):
     def _invert(self, axis: int, values: Float, t0: float, t1: float) -> Float:
         a, b = self.start[axis], self.end[axis]
         # counted from the nearer end, where the quotient is the most accurate
-        t = np.where(np.abs(values - a) <= np.abs(values - b), (values - a) / (b - a), 1.0 - (b - values) / (b - a))
+        from_a, from_b = values - a, b - values
+        t = np.where(np.abs(from_a) <= np.abs(from_b), from_a / (b - a), 1.0 - from_b / (b - a))
         return np.clip(t, t0, t1)
 
     def area_moments(self, origin: ArrayLike = (0.0, 0.0)) -> tuple[float, float, float, float, float, float]:

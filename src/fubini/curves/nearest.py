@@ -9,19 +9,20 @@ from fubini.curves.base import Curve
 
 Float = NDArray[np.float64]
 
-_STEPS = 60
+#: Newton and bisection steps, and the change of a parameter that ends them.
+_STEPS, _CLOSE = 60, 2e-16
 _CHUNK = 2048
 
 
-def nearest(curve: Curve, table: Float, points: ArrayLike) -> tuple[Float, Float]:
+def nearest(curve: Curve, table: Float, samples: Float, points: ArrayLike) -> tuple[Float, Float]:
     """Parameters (n,) and distances (n,) of the nearest points to ``points`` (n, 2).
 
-    ``table`` (m,) are sorted parameters from 0 to 1, among them all where the derivative may jump, dense
+    ``table`` (m,) are sorted parameters from 0 to 1 and ``samples`` (m, 2) their points, among them all where
+    the derivative may jump, dense
     enough that between neighbours the distance to any point has at most one interior minimum. Every local
     minimum of the sampled distances that could hold the nearest point is refined.
     """
     q = np.asarray(points, np.float64).reshape(-1, 2)
-    samples = curve.point(table)
     chord = np.hypot(*np.diff(samples, axis=0).T)
     reach = np.maximum(np.concatenate([[0.0], chord]), np.concatenate([chord, [0.0]]))
     t, distance = np.empty(len(q)), np.empty(len(q))
@@ -57,18 +58,24 @@ def _nearest_chunk(curve: Curve, table: Float, samples: Float, reach: Float, q: 
 
 def _refine(curve: Curve, q: Float, low: Float, high: Float) -> Float:
     """Where (c(t) - q) . c'(t) changes sign between low and high: Newton, bisection where it strays."""
-    low, high = low.copy(), high.copy()
-    t = (low + high) / 2.0
+    low, high, t = low.copy(), high.copy(), (low + high) / 2.0
+    before = high - low
+    left = np.arange(len(t))
     for _ in range(_STEPS):
-        gap, d, dd = curve._point(t) - q, curve._derivative(t), curve._second_derivative(t)
+        now = t[left]
+        gap, d, dd = curve._point(now) - q[left], curve._derivative(now), curve._second_derivative(now)
         f = (gap * d).sum(axis=1)
         slope = (d * d).sum(axis=1) + (gap * dd).sum(axis=1)
-        low, high = np.where(f < 0.0, t, low), np.where(f > 0.0, t, high)
+        low[left] = np.where(f < 0.0, now, low[left])
+        high[left] = np.where(f > 0.0, now, high[left])
         with np.errstate(divide="ignore", invalid="ignore"):
-            newton = t - f / slope
-        stray = ~((newton > low) & (newton < high) & (slope > 0.0))
-        new = np.where(f == 0.0, t, np.where(stray, (low + high) / 2.0, newton))
-        if (np.abs(new - t) <= 1e-16).all():
+            step = np.where(slope > 0.0, -f / slope, np.inf)
+        new = now + step
+        stray = ~((new > low[left]) & (new < high[left]) & (np.abs(step) <= before[left] / 2.0))
+        near = (f == 0.0) | (np.abs(step) <= _CLOSE)
+        t[left] = np.where(near, now, np.where(stray, (low[left] + high[left]) / 2.0, new))
+        before[left] = np.abs(t[left] - now)
+        left = left[~near & (high[left] - low[left] > _CLOSE)]
+        if len(left) == 0:
             break
-        t = new
     return t

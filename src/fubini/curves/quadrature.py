@@ -12,6 +12,8 @@ Float = NDArray[np.float64]
 
 #: Halvings after which an interval is taken as it is: 2^-40 of a span holds nothing that counts.
 _LEVELS = 40
+#: Intervals at one level after which they are taken as they are.
+_INTERVALS = 4096
 
 
 @functools.cache
@@ -33,14 +35,16 @@ def fixed(f: Callable[[Float], Float], breaks: Float, order: int) -> Float:
 def adaptive(f: Callable[[Float], Float], breaks: Float, relative: float, order: int = 16) -> Float:
     """Integral of ``f`` (n,) -> (n, m) over all intervals: (m,).
 
-    An interval is halved until its halves agree with it to ``relative`` of the sum of the absolute
-    values of all integrals, component by component.
+    An interval is halved until its halves agree with it to ``relative`` of the integral of the absolute
+    value, component by component.
     """
     a, b = breaks[:-1], breaks[1:]
     whole = _on(f, a, b, order)
     total = np.zeros(whole.shape[1])
-    scale = np.abs(whole).sum(axis=0)
+    scale = _on(lambda t: np.abs(f(t)), a, b, order).sum(axis=0)
     for _ in range(_LEVELS):
+        if len(a) > _INTERVALS:
+            break
         middle = (a + b) / 2
         left, right = _on(f, a, middle, order), _on(f, middle, b, order)
         good = (np.abs(left + right - whole) <= relative * scale).all(axis=1)
@@ -51,6 +55,21 @@ def adaptive(f: Callable[[Float], Float], breaks: Float, relative: float, order:
         a, b = np.concatenate([a[bad], middle[bad]]), np.concatenate([middle[bad], b[bad]])
         whole = np.concatenate([left[bad], right[bad]])
     return total + whole.sum(axis=0)
+
+
+def arc_length(derivative: Callable[[Float], Float], breaks: Float, t0: float, t1: float) -> float:
+    """Length of a curve, smooth between ``breaks``, from t0 to t1 to 1e-13 relative; negative backwards."""
+
+    def speed(t: Float) -> Float:
+        d = derivative(t)
+        return np.hypot(d[:, 0], d[:, 1])
+
+    low, high = min(t0, t1), max(t0, t1)
+    if low == high:
+        return 0.0
+    inner = breaks[(breaks > low) & (breaks < high)]
+    length = float(adaptive(speed, np.array([low, *inner, high]), 1e-13)[0])
+    return length if t1 > t0 else -length
 
 
 def _on(f: Callable[[Float], Float], a: Float, b: Float, order: int) -> Float:

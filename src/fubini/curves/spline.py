@@ -14,11 +14,15 @@ from numpy.typing import ArrayLike, NDArray
 from fubini.curves import moments
 from fubini.curves.base import NOISE, Curve, Float, affine, frozen, other
 from fubini.curves.chain import Chain, bezier_pieces, make_chain
-from fubini.curves.quadrature import adaptive, fixed
+from fubini.curves.nearest import nearest
+from fubini.curves.quadrature import adaptive, arc_length, fixed
 from fubini.errors import GeometryError, OptionError
 
 #: Newton and bisection steps of the limit functions; bisection alone needs 53.
 _STEPS = 80
+
+#: Parameters this far (relative) outside the domain of a B-spline are taken to be its end.
+_KNOT = 1e-9
 
 
 class Spline(Curve):
@@ -42,21 +46,10 @@ class Spline(Curve):
         return self.chain.evaluate(np.asarray(t), 2)[2]
 
     def length(self, t0: float = 0.0, t1: float = 1.0) -> float:
-        def speed(t: Float) -> Float:
-            d = self._derivative(t)
-            return np.hypot(d[:, 0], d[:, 1])[:, None]
-
-        if t1 < t0:
-            return -self.length(t1, t0)
-        if t1 == t0:
-            return 0.0
-        b = self.chain.breaks
-        return float(adaptive(speed, np.array([t0, *b[(b > t0) & (b < t1)], t1]), 1e-14)[0])
+        return arc_length(self._derivative, self.chain.breaks, t0, t1)
 
     def closest(self, points: ArrayLike) -> tuple[Float, Float]:
-        from fubini.curves.nearest import nearest
-
-        return nearest(self, self.chain.table, points)
+        return nearest(self, *self.chain.table, points)
 
     @cached_property
     def _turns(self) -> tuple[Float, Float]:
@@ -67,31 +60,44 @@ class Spline(Curve):
         return self._turns[axis].copy()
 
     def _invert(self, axis: int, values: Float, t0: float, t1: float) -> Float:
-        inner = self.chain.table
-        t = np.array([t0, *inner[(inner > t0) & (inner < t1)], t1])
-        levels = self._point(t)[:, axis]
-        rising = levels[-1] >= levels[0]
-        levels = np.maximum.accumulate(levels if rising else -levels)
-        target = values if rising else -values
+        t, p = self.chain.table
+        inside = (t > t0) & (t < t1)
+        ends = self._point(np.array([t0, t1]))[:, axis]
+        t = np.array([t0, *t[inside], t1])
+        levels = np.array([ends[0], *p[inside, axis], ends[1]])
+        sign = 1.0 if ends[1] >= ends[0] else -1.0
+        levels, target = np.maximum.accumulate(sign * levels), sign * values
         i = np.clip(np.searchsorted(levels, target, side="right") - 1, 0, len(t) - 2)
-        return self._bracketed(axis, values, t[i], t[i + 1], 1.0 if rising else -1.0)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            part = np.clip((target - levels[i]) / (levels[i + 1] - levels[i]), 0.0, 1.0)
+        guess = t[i] + np.where(np.isfinite(part), part, 0.5) * (t[i + 1] - t[i])
+        return self._root(axis, values, sign, t[i], t[i + 1], guess)
 
-    def _bracketed(self, axis: int, values: Float, low: Float, high: Float, sign: float) -> Float:
-        """Root-find on the parameter between low and high (n,): Newton, bisection where it strays."""
-        t = (low + high) / 2.0
-        before = high - low
+    def _root(self, axis: int, values: Float, sign: float, low: Float, high: Float, guess: Float) -> Float:
+        """Where the coordinate, rising by ``sign``, takes ``values``: Newton, bisection where it strays.
+
+        A parameter is taken as soon as its coordinate is right to rounding.
+        """
+        t, before = guess.copy(), high - low
+        low, high = low.copy(), high.copy()
+        enough = np.finfo(float).eps * (self.chain.noise(axis) / NOISE)
+        left = np.arange(len(values))
         for _ in range(_STEPS):
-            p, d = self.chain.evaluate(t, 1)
-            gap, slope = sign * (p[:, axis] - values), sign * d[:, axis]
-            low, high = np.where(gap < 0.0, t, low), np.where(gap > 0.0, t, high)
-            with np.errstate(divide="ignore", invalid="ignore"):
-                new = t - gap / slope
-            stray = ~((new >= low) & (new <= high) & (np.abs(new - t) <= before / 2.0))
-            new = np.where(gap == 0.0, t, np.where(stray, (low + high) / 2.0, new))
-            before = np.abs(new - t)
-            t = new
-            if (before <= np.finfo(float).eps * np.abs(t)).all():
+            p, d = self.chain.evaluate(t[left], 1)
+            gap, slope = sign * (p[:, axis] - values[left]), sign * d[:, axis]
+            go = np.abs(gap) > enough
+            left, gap, slope = left[go], gap[go], slope[go]
+            if len(left) == 0:
                 break
+            now = t[left]
+            low[left] = np.where(gap < 0.0, now, low[left])
+            high[left] = np.where(gap > 0.0, now, high[left])
+            with np.errstate(divide="ignore", invalid="ignore"):
+                new = now - gap / slope
+            stray = ~((new > low[left]) & (new < high[left]) & (np.abs(new - now) <= before[left] / 2.0))
+            t[left] = np.where(stray, (low[left] + high[left]) / 2.0, new)
+            before[left] = np.abs(t[left] - now)
+            left = left[(t[left] > low[left]) & (t[left] < high[left])]
         return t
 
     def area_moments(self, origin: ArrayLike = (0.0, 0.0)) -> moments.Moments:
@@ -129,7 +135,6 @@ def _turning_points(curve: Spline, axis: int) -> Float:
     chain = curve.chain
     t = chain.extremes(axis)
     x = curve.point(t)[:, axis]
-    noise = NOISE * float(np.abs(x).max(initial=0.0))
     flat = np.concatenate([[False], chain.flats(axis), [False]])
     # stretches of constant coordinate part the curve; between them, turns whose swing exceeds the noise
     edges = chain.breaks[np.nonzero(flat[1:] != flat[:-1])[0]]
@@ -137,7 +142,7 @@ def _turning_points(curve: Spline, axis: int) -> Float:
     cuts = [0.0, *found, 1.0]
     for a, b in itertools.pairwise(cuts):
         inside = np.nonzero((t >= a) & (t <= b))[0]
-        found += [float(t[inside[i]]) for i in _swings(x[inside], noise)]
+        found += [float(t[inside[i]]) for i in _swings(x[inside], chain.noise(axis))]
     return np.array(sorted(found), np.float64)
 
 
@@ -173,9 +178,11 @@ def _homogeneous(poles: Float, weights: Float | None) -> Float:
     return np.concatenate([poles * w[:, None], w[:, None]], axis=1)
 
 
-def _plain(homogeneous: Float) -> tuple[Float, Float]:
-    w = homogeneous[:, 2]
-    return homogeneous[:, :2] / w[:, None], w
+def _plain(chain: Chain) -> tuple[Float, Float | None]:
+    """Control points and weights of a chain as one B-spline whose inner knots have full multiplicity."""
+    h = np.concatenate([chain.poles[:, :-1].reshape(-1, 3), chain.poles[-1, -1:]])
+    w = h[:, 2]
+    return h[:, :2] / w[:, None] + chain.origin, w if chain.rational else None
 
 
 @dataclass(frozen=True, init=False, eq=False)
@@ -214,7 +221,7 @@ class Bezier(Spline):
 
     def trim(self, t0: float, t1: float) -> Bezier:
         self._check_trim(t0, t1)
-        poles, w = _plain(self.chain.trim(t0, t1).homogeneous()[0])
+        poles, w = _plain(self.chain.trim(t0, t1))
         return Bezier(poles, w, start=self.point(t0), end=self.point(t1))
 
     def reverse(self) -> Bezier:
@@ -276,9 +283,9 @@ class BSpline(Spline):
         """The piece of a B-spline between the knot parameters u0 < u1 of its domain."""
         whole = cls(degree, knots, poles, weights)
         low, high = whole.domain
-        slack = NOISE * max(abs(low), abs(high), high - low)
+        slack = _KNOT * max(abs(low), abs(high), high - low)
         if not low - slack <= u0 < u1 <= high + slack:
-            raise GeometryError(f"B-spline parameters {u0!r} to {u1!r} do not lie in its domain {low!r} to {high!r}")
+            raise GeometryError(f"parameters {u0!r} to {u1!r} lie outside the domain {low!r} to {high!r}")
         t0, t1 = (min(max((u - low) / (high - low), 0.0), 1.0) for u in (u0, u1))
         piece = whole if (t0, t1) == (0.0, 1.0) else whole.trim(t0, t1)
         if start is None and end is None:
@@ -301,8 +308,7 @@ class BSpline(Spline):
         low, high = self.domain
         piece = self.chain.trim(t0, t1)
         breaks = low + (t0 + piece.breaks * (t1 - t0)) * (high - low)
-        h = piece.homogeneous()
-        poles, w = _plain(np.concatenate([h[:, :-1].reshape(-1, 3), h[-1, -1:]]))
+        poles, w = _plain(piece)
         times = np.full(len(breaks), self.degree)
         times[[0, -1]] += 1
         ends: dict[str, Any] = {"start": self.point(t0), "end": self.point(t1)}
@@ -329,11 +335,11 @@ def _unit(breaks: Float) -> Float:
 def _check_knots(degree: int, knots: Float, n: int) -> None:
     fix = "the knot vector has one entry per pole plus degree + 1, multiplicities written out"
     if degree < 1 or n < degree + 1:
-        raise GeometryError(f"a B-spline of degree {degree} with {n} control points", fix="it needs degree + 1 of them")
+        raise GeometryError(f"a B-spline of degree {degree} with {n} poles", fix="it needs degree + 1")
     if len(knots) != n + degree + 1:
         raise OptionError(f"{len(knots)} knots for {n} control points of degree {degree}", fix=fix)
     if (np.diff(knots) < 0.0).any() or not knots[degree] < knots[n]:
         raise GeometryError("the knots of a B-spline do not grow", fix=fix)
     inner = knots[(knots > knots[degree]) & (knots < knots[n])]
-    if (inner[degree:] == inner[: len(inner) - degree]).any():
-        raise GeometryError(f"an inner knot of multiplicity above the degree {degree} tears a B-spline", fix=fix)
+    if (inner[degree:] == inner[:-degree]).any():
+        raise GeometryError(f"an inner knot has a multiplicity above the degree {degree}", fix=fix)
