@@ -52,7 +52,7 @@ class Line:
 
     def points(self, fineness: int = 1) -> Complex:
         """Sample points along the curve, both ends included."""
-        return np.linspace(self.start, self.end, 2 * fineness + 1)
+        return np.linspace(self.start, self.end, 2 * fineness + 1).astype(np.complex128)
 
 
 @dataclass(frozen=True)
@@ -203,9 +203,7 @@ def bspline(degree: int, knots: ArrayLike, poles: ArrayLike, weights: ArrayLike 
     return Spline(degree, t, z, w)
 
 
-def periodic_bspline(
-    degree: int, knots: ArrayLike, poles: ArrayLike, weights: ArrayLike | None = None
-) -> Spline:
+def periodic_bspline(degree: int, knots: ArrayLike, poles: ArrayLike, weights: ArrayLike | None = None) -> Spline:
     """A closed B-spline of n poles given once and the n + 1 knots of one period, cut open at the first."""
     t, z = np.asarray(knots, float), np.asarray(poles, complex)
     n, period = len(z), t[-1] - t[0]
@@ -213,9 +211,7 @@ def periodic_bspline(
         raise ValueError(f"{len(t)} knots, {n} poles and degree {degree} make no closed spline")
     unrolled = np.concatenate([t[n - degree : n] - period, t, t[1 : degree + 1] + period])
     w = None if weights is None or not len(np.asarray(weights)) else np.asarray(weights, float)
-    return bspline(
-        degree, unrolled, np.append(z, z[:degree]), None if w is None else np.append(w, w[:degree])
-    )
+    return bspline(degree, unrolled, np.append(z, z[:degree]), None if w is None else np.append(w, w[:degree]))
 
 
 def _clamped(

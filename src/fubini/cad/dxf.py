@@ -96,10 +96,10 @@ def _open(path: Path) -> Any:
         return ezdxf.readfile(path)
     except OSError as error:
         raise InputError(f"cannot be read: {error}", file=str(path)) from error
-    except (ezdxf.DXFError, UnicodeDecodeError, ValueError) as first:
+    except Exception as first:  # a damaged file may raise anything inside the parser
         try:
             document, audit = recover.readfile(path)
-        except Exception as error:  # a damaged file may raise anything inside the recovery
+        except Exception as error:
             raise InputError(f"not a DXF drawing: {first}", file=str(path)) from error
         if audit.has_errors and not len(document.modelspace()):
             raise InputError(f"damaged DXF drawing: {audit.errors[0].message}", file=str(path)) from first
@@ -140,9 +140,7 @@ def _strokes(document: Any, notes: Counter[str]) -> Iterator[Stroke]:
             yield Stroke(curve, layer)
 
 
-def _entities(
-    layout: Iterable[Any], notes: Counter[str], parent_layer: str, depth: int
-) -> Iterator[tuple[Any, str]]:
+def _entities(layout: Iterable[Any], notes: Counter[str], parent_layer: str, depth: int) -> Iterator[tuple[Any, str]]:
     """Entities with their layers; inserted blocks are exploded, and their layer "0" is that of the insert."""
     for entity in layout:
         own = str(entity.dxf.get("layer", "0"))
@@ -180,9 +178,7 @@ def _curves(entity: Any, notes: Counter[str]) -> list[Curve] | None:
     try:
         return convert(entity)
     except (ValueError, TypeError, ZeroDivisionError) as error:
-        raise InputError(
-            f"{entity.dxftype()} (handle {entity.dxf.handle}) makes no curve: {error}"
-        ) from error
+        raise InputError(f"{entity.dxftype()} (handle {entity.dxf.handle}) makes no curve: {error}") from error
 
 
 def _flat(points: Iterable[Any], what: str) -> np.ndarray:
@@ -287,17 +283,17 @@ def _hatch(entity: Any) -> list[Curve]:
 def _hatch_edge(edge: Any) -> Curve:
     kind = edge.EDGE_TYPE
     if kind == "LineEdge":
-        return Line(complex(*edge.start[:2]), complex(*edge.end[:2]))
+        return Line(complex(edge.start.x, edge.start.y), complex(edge.end.x, edge.end.y))
     if kind == "SplineEdge":
         tool = edge.construction_tool()
-        poles = [complex(p[0], p[1]) for p in tool.control_points]
+        poles = [complex(p.x, p.y) for p in tool.control_points]
         return bspline(tool.order - 1, tool.knots(), poles, tool.weights())
-    centre = complex(*edge.center[:2])
+    centre = complex(edge.center.x, edge.center.y)
     if kind == "ArcEdge":
         p, q = complex(edge.radius), 1j * edge.radius
         first, last = math.radians(edge.start_angle), math.radians(edge.end_angle)
     else:
-        p = complex(*edge.major_axis[:2])
+        p = complex(edge.major_axis.x, edge.major_axis.y)
         q = 1j * edge.ratio * p
         first, last = float(edge.start_param), float(edge.end_param)
     # ezdxf stores the angles counter-clockwise whatever the direction of the path

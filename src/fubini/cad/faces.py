@@ -135,9 +135,7 @@ def _spline(curve: Spline) -> Any:
         return Geom_BSplineCurve(poles, weights, knots, multiplicities, curve.degree)
     except Exception as error:  # the kernel's own exception classes differ between its generations
         at = (curve.start.real, curve.start.imag)
-        raise GeometryError(
-            f"the CAD kernel refuses this spline of degree {curve.degree}: {error}", at=at
-        ) from error
+        raise GeometryError(f"the CAD kernel refuses this spline of degree {curve.degree}: {error}", at=at) from error
 
 
 def _array_types() -> tuple[Any, Any, Any]:

@@ -148,8 +148,7 @@ def _join_ends(
         if shift > 3 * gap:
             at = (curves[k].start.real, curves[k].start.imag)
             raise GeometryError(
-                f"the gap at an end of this {curves[k].kind} cannot be closed without moving it "
-                f"by {shift:.3g}",
+                f"the gap at an end of this {curves[k].kind} cannot be closed without moving it by {shift:.3g}",
                 at=at,
                 fix="draw its ends to meet its neighbours",
             )
@@ -158,9 +157,7 @@ def _join_ends(
     return healed, ends
 
 
-def _refuse_open_ends(
-    curves: Sequence[Curve], keep: list[int], ends: dict[int, tuple[int, int]], gap: float
-) -> None:
+def _refuse_open_ends(curves: Sequence[Curve], keep: list[int], ends: dict[int, tuple[int, int]], gap: float) -> None:
     """Raise for the narrowest gap between two ends that meet nothing."""
     degree: dict[int, list[complex]] = {}
     for k in keep:
@@ -181,16 +178,12 @@ def _open(a: complex, b: complex, gap: float) -> GeometryError:
     if a == b:
         message = "an outline ends here and meets nothing"
     else:
-        message = (
-            f"an outline is open: its next open end is {abs(a - b):.6g} away, at ({b.real:.9g}, {b.imag:.9g})"
-        )
+        message = f"an outline is open: its next open end is {abs(a - b):.6g} away, at ({b.real:.9g}, {b.imag:.9g})"
     fix = f"close it, or raise the gap tolerance (now {gap:.3g}), or leave its layer out"
     return GeometryError(message, at=(a.real, a.imag), fix=fix)
 
 
-def _cycles(
-    curves: Sequence[Curve], keep: list[int], ends: dict[int, tuple[int, int]]
-) -> list[tuple[Use, ...]]:
+def _cycles(curves: Sequence[Curve], keep: list[int], ends: dict[int, tuple[int, int]]) -> list[tuple[Use, ...]]:
     """All cycles of the plane graph, each with its cell on the left."""
     leaving: dict[int, list[Use]] = {}
     for k in keep:
@@ -198,9 +191,7 @@ def _cycles(
         leaving.setdefault(ends[k][1], []).append(Use(k, False))
     after: dict[Use, Use] = {}
     for uses in leaving.values():
-        ring = (
-            uses if len(uses) < 3 else [uses[i] for i in np.argsort(_headings(curves, uses), kind="stable")]
-        )
+        ring = uses if len(uses) < 3 else [uses[i] for i in np.argsort(_headings(curves, uses), kind="stable")]
         for i, use in enumerate(ring):
             # who arrives against `use` goes on with the next one clockwise: the cell stays on the left
             after[Use(use.curve, not use.forward)] = ring[i - 1]

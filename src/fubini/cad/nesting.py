@@ -55,9 +55,7 @@ def faces_by_winding(outlines: Sequence[Outline], rule: str) -> tuple[PlaneFace,
     def filled_around(i: int) -> bool:
         return parent[i] >= 0 and filled[parent[i]]
 
-    holes: dict[int, list[Outline]] = {
-        i: [] for i in range(len(outlines)) if filled[i] and not filled_around(i)
-    }
+    holes: dict[int, list[Outline]] = {i: [] for i in range(len(outlines)) if filled[i] and not filled_around(i)}
     for i, outline in enumerate(outlines):
         if filled_around(i) and not filled[i]:
             home = parent[i]
@@ -74,9 +72,7 @@ def containment(polygons: Sequence[Complex]) -> list[int]:
     the point farthest from it decides, and clear evidence on both sides means that the two cross.
     """
     area = [abs(_area(p)) for p in polygons]
-    boxes = np.array([[p.real.min(), p.imag.min(), p.real.max(), p.imag.max()] for p in polygons]).reshape(
-        -1, 4
-    )
+    boxes = np.array([[p.real.min(), p.imag.min(), p.real.max(), p.imag.max()] for p in polygons]).reshape(-1, 4)
     order = sorted(range(len(polygons)), key=lambda k: (area[k], k))
     parent = [-1] * len(polygons)
     for rank, i in enumerate(order):

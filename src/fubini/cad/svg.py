@@ -30,8 +30,9 @@ DEFAULTS = ReadOptions()
 #: Pieces shorter than this (times the diagonal of the drawing) are rounding of the file, not edges.
 SPECK = 1e-7
 
-#: Millimetres are the unit of lengths with units (mm, in, pt), as in build123d.
-PIXELS_PER_INCH = 25.4
+#: Lengths with units come out in millimetres, as in build123d. svgelements takes a millimetre for 0.0393701 inches:
+#: this makes millimetres and centimetres exact, and inches and points too short by 5e-7.
+PIXELS_PER_INCH = 1 / 0.0393701
 
 
 @dataclass(frozen=True)
@@ -95,9 +96,7 @@ def _source(path: Path, shapes: list[FilledShape], speck: float, notes: Counter[
     owner: list[str | None] = []
     by_shape = []
     for shape in shapes:
-        outlines = [
-            o for sub in shape.subpaths if (o := _outline(sub, speck, curves, ends, notes)) is not None
-        ]
+        outlines = [o for sub in shape.subpaths if (o := _outline(sub, speck, curves, ends, notes)) is not None]
         owner += [shape.name] * (len(curves) - len(owner))
         by_shape.append((shape, outlines))
     builder = FaceBuilder(curves, ends)
