@@ -17,6 +17,7 @@ from typing import Any
 
 import numba
 import numpy as np
+from numba.core import sigutils, types
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, _CacheLocator
 
 
@@ -68,9 +69,26 @@ class _Cache(FunctionCache):
     _impl_class = _CacheImpl
 
 
+def _plain(kind: Any) -> Any:
+    """The type that an argument is compiled for: constants and all integers become int64."""
+    kind = types.unliteral(kind)
+    return types.int64 if isinstance(kind, types.Integer) else kind
+
+
 def kernel(function: Callable[..., Any]) -> Any:
-    """Compile on first call, keep on disk. IEEE arithmetic, no ``fastmath``; releases the GIL."""
+    """Compile on first call, keep on disk. IEEE arithmetic, no ``fastmath``; releases the GIL.
+
+    Integer arguments are always int64 inside: numba by itself compiles a function again for every width and
+    for every constant that it is called with.
+    """
     compiled = numba.njit(nogil=True, error_model="numpy")(function)
+    compile_for = compiled.compile
+
+    def compile_plain(signature: Any) -> Any:
+        arguments, _ = sigutils.normalize_signature(signature)
+        return compile_for(tuple(_plain(a) for a in arguments))
+
+    compiled.compile = compile_plain
     try:
         cache_folder().mkdir(parents=True, exist_ok=True)
         compiled._cache = _Cache(function)

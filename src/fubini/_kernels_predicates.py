@@ -2,8 +2,8 @@
 
 Each predicate is a plain evaluation with an error bound (Shewchuk, "Adaptive precision floating-point
 arithmetic and fast robust geometric predicates", 1997, figures 21 and 23: ``CCW_ERROR`` and ``ICC_ERROR``).
-Where the bound cannot decide, in_circle tries two cheap tests made for lattices, whose points are cocircular all
-the time; what is left goes to expansions, sums of doubles that hold a number exactly.
+Where the bound cannot decide, in_circle tries two cheap tests made for lattices, whose points are cocircular
+all the time; what is left goes to expansions, sums of doubles that hold a number exactly.
 
 Exact as long as no product of four coordinates overflows and no product of four of their last bits
 underflows: coordinates between about 1e-60 and 1e60 in magnitude, and zero.
@@ -21,6 +21,17 @@ ICC_ERROR = (10.0 + 96.0 * EPSILON) * EPSILON
 #: Double-double in-circle of exact differences: about 40 roundings of 2**-104 each, generously 2**-96.
 ICC_ERROR_DOUBLE = 2.0**-96
 SPLITTER = 2.0**27 + 1.0
+
+#: The exact determinants as a list of steps "out += e f" on rows of expansions, so that the code is compiled
+#: once. Rows 0-5: differences ax, ay, bx, by, cx, cy to the last point; 6-11: their negatives; 12-14: lifts
+#: of a, b, c; 15: minor of a and b; 16: of b and c; 17: of c and a; 18: the in-circle determinant.
+STEPS = np.array(
+    [(15, 0, 3), (15, 7, 2), (16, 2, 5), (16, 9, 4), (17, 4, 1), (17, 11, 0)]
+    + [(12 + i // 2, i, i) for i in range(6)]
+    + [(18, 12, 16), (18, 13, 17), (18, 14, 15)],
+    np.int64,
+)
+ORIENTATION_STEPS, IN_CIRCLE_STEPS = 2, 15
 
 
 @kernel
@@ -70,35 +81,24 @@ def add_product(total, n, e, m, f, k):
 
 
 @kernel
-def exact_determinant(columns, circle):
-    """Sign carrier of the orientation or in-circle determinant, exact.
+def exact_determinant(ax, ay, bx, by, cx, cy, dx, dy, steps):
+    """Sign carrier of the in-circle determinant of a, b, c, d (all steps) or of the orientation of a, b, d.
 
-    columns : (4, 2), points a, b, c, d. Orientation of (a, b, c) where ``circle`` is 0, else in_circle(a, b, c, d).
+    Carries out the first so many STEPS; for the orientation ORIENTATION_STEPS.
     """
-    corners = 3 if circle else 2
-    # difference[2 i + axis]: the point i minus the last one, as two terms; then its negative for i = 0..2
-    difference = np.empty((12, 2))
-    for i in range(corners):
-        for axis in range(2):
-            high, low = two_sum(columns[i, axis], -columns[corners, axis])
-            difference[2 * i + axis, 0], difference[2 * i + axis, 1] = low, high
-            difference[6 + 2 * i + axis, 0], difference[6 + 2 * i + axis, 1] = -low, -high
-    minor = np.empty(20)
-    if not circle:
-        n = add_product(minor, 0, difference[0], 2, difference[3], 2)
-        n = add_product(minor, n, difference[7], 2, difference[2], 2)
-        return minor[n - 1] if n > 0 else 0.0
-    lift = np.empty(20)
-    total = np.empty(1600)
-    n = 0
-    for i in range(3):
-        j, k = (i + 1) % 3, (i + 2) % 3
-        size = add_product(minor, 0, difference[2 * j], 2, difference[2 * k + 1], 2)
-        size = add_product(minor, size, difference[7 + 2 * j], 2, difference[2 * k], 2)
-        length = add_product(lift, 0, difference[2 * i], 2, difference[2 * i], 2)
-        length = add_product(lift, length, difference[2 * i + 1], 2, difference[2 * i + 1], 2)
-        n = add_product(total, n, lift, length, minor, size)
-    return total[n - 1] if n > 0 else 0.0
+    size = np.zeros(19, np.int64)
+    term = np.empty((19, 1600))
+    ends = (ax, ay, bx, by, cx, cy)
+    for row in range(6):
+        high, low = two_sum(ends[row], -dy if row % 2 else -dx)
+        term[row, 0], term[row, 1], size[row] = low, high, 2
+        term[6 + row, 0], term[6 + row, 1], size[6 + row] = -low, -high, 2
+    out = np.int64(0)
+    for step in range(steps):
+        out = np.int64(STEPS[step, 0])
+        e, f = np.int64(STEPS[step, 1]), np.int64(STEPS[step, 2])
+        size[out] = add_product(term[out], size[out], term[e], size[e], term[f], size[f])
+    return term[out, size[out] - 1] if size[out] > 0 else 0.0
 
 
 @kernel
@@ -111,11 +111,7 @@ def orient(ax, ay, bx, by, cx, cy):
         return det
     if left == 0.0 and right == 0.0 and (ax == cx or by == cy) and (ay == cy or bx == cx):
         return 0.0
-    columns = np.empty((4, 2))
-    columns[0, 0], columns[0, 1] = ax, ay
-    columns[1, 0], columns[1, 1] = bx, by
-    columns[2, 0], columns[2, 1] = cx, cy
-    return exact_determinant(columns, 0)
+    return exact_determinant(ax, ay, bx, by, cx, cy, cx, cy, ORIENTATION_STEPS)
 
 
 @kernel
@@ -175,12 +171,7 @@ def close_in_circle(ax, ay, bx, by, cx, cy, dx, dy):
         det = double_in_circle(aex, aey, bex, bey, cex, cey)
         if det != 0.0:
             return det
-    columns = np.empty((4, 2))
-    columns[0, 0], columns[0, 1] = ax, ay
-    columns[1, 0], columns[1, 1] = bx, by
-    columns[2, 0], columns[2, 1] = cx, cy
-    columns[3, 0], columns[3, 1] = dx, dy
-    return exact_determinant(columns, 1)
+    return exact_determinant(ax, ay, bx, by, cx, cy, dx, dy, IN_CIRCLE_STEPS)
 
 
 @kernel

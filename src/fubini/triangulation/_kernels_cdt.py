@@ -1,7 +1,7 @@
 """Constrained Delaunay triangulation of a region in one compiled call.
 
-Inside, vertices are numbered by *rank*, their place along a Hilbert curve, so that neighbours in the plane are
-neighbours in memory; ranks n, n + 1, n + 2 are the corners of a far triangle around all points. As the
+Inside, vertices are numbered by *rank*, their place along a Hilbert curve, so that neighbours in the plane
+are neighbours in memory; ranks n, n + 1, n + 2 are the corners of a far triangle around all points. As the
 segments of a closed boundary separate those corners from the region, they leave no trace in it.
 """
 
@@ -13,7 +13,6 @@ from fubini._jit import kernel
 from fubini._kernels_predicates import orient
 from fubini.triangulation._kernels_order import hilbert_order
 from fubini.triangulation._kernels_topology import (
-    DONE,
     edge_is_illegal,
     find_edge,
     flip,
@@ -25,26 +24,26 @@ from fubini.triangulation._kernels_topology import (
 #: The far corners lie this many extents away: then a hull edge is missing only where the hull is nearly flat.
 FAR = 1024.0
 
-#: Ways in which segments fail to enclose a region (bits of the status of ``cdt``).
-LEAKED, CONTRADICTED, EXHAUSTED = 1, 2, 4
+#: Ways in which segments fail to enclose a region (bits of the status of ``extract``).
+LEAKED, CONTRADICTED = 1, 2
 
 
 @kernel
-def bounding_square(points):
-    """(low x, low y, extent) of the points; extent is positive."""
+def rank_points(points):
+    """Points (n + 3, 2) by rank, the far corners behind them, and order (n,), the index of each rank.
+
+    points : (n, 2), finite, n > 0.
+    """
+    n = points.shape[0]
     low_x, low_y = points[0, 0], points[0, 1]
     high_x, high_y = low_x, low_y
-    for i in range(points.shape[0]):
+    for i in range(n):
         low_x, high_x = min(low_x, points[i, 0]), max(high_x, points[i, 0])
         low_y, high_y = min(low_y, points[i, 1]), max(high_y, points[i, 1])
     extent = max(high_x - low_x, high_y - low_y)
-    return low_x, low_y, extent if extent > 0.0 else 1.0
-
-
-@kernel
-def ranked_points(points, order, low_x, low_y, extent):
-    """(n + 3, 2): the points in the given order, then the far corners."""
-    n = points.shape[0]
+    if extent == 0.0:
+        extent = 1.0
+    order = hilbert_order(points, low_x, low_y, extent)
     ranked = np.empty((n + 3, 2))
     for rank in range(n):
         ranked[rank, 0], ranked[rank, 1] = points[order[rank], 0], points[order[rank], 1]
@@ -52,12 +51,12 @@ def ranked_points(points, order, low_x, low_y, extent):
     ranked[n, 0], ranked[n, 1] = low_x - far, low_y - far
     ranked[n + 1, 0], ranked[n + 1, 1] = low_x + far, low_y - far
     ranked[n + 2, 0], ranked[n + 2, 1] = low_x, low_y + far
-    return ranked
+    return ranked, order
 
 
 @kernel
 def legalise_star(points, triangles, neighbours, vertex_triangle, t):
-    """Flip the rim of the star of corner 0 of t until it is Delaunay; corner 0 of all its triangles is that vertex."""
+    """Flip the rim of the star of vertex p until it is Delaunay; corner 0 of t and of the rest is p."""
     first = triangles[t, 1]
     for _ in range(4 * triangles.shape[0]):
         if edge_is_illegal(points, triangles, neighbours, t, 0):
@@ -69,13 +68,16 @@ def legalise_star(points, triangles, neighbours, vertex_triangle, t):
 
 
 @kernel
-def insert_all(points, triangles, neighbours, vertex_triangle, order):
-    """Delaunay triangulation of the ranked points inside the far triangle; returns the number of triangles.
+def delaunay(points, order):
+    """Delaunay triangulation of the ranked points (n + 3, 2) in the far triangle, inserted one by one.
 
-    Of points with equal coordinates one is inserted, under the lowest index (``order`` is changed for that); the
-    others keep -1 in vertex_triangle.
+    Of points with equal coordinates one is inserted, under the lowest index (``order`` is changed for that);
+    the others have -1 in vertex_triangle. Returns triangles (c, 3), neighbours (c, 3) and vertex_triangle.
     """
     n = order.shape[0]
+    triangles = np.empty((2 * n + 1, 3), np.int32)
+    neighbours = np.empty((2 * n + 1, 3), np.int32)
+    vertex_triangle = np.empty(n + 3, np.int32)
     for i in range(3):
         triangles[0, i], neighbours[0, i] = n + i, -1
         vertex_triangle[n + i] = 0
@@ -97,15 +99,33 @@ def insert_all(points, triangles, neighbours, vertex_triangle, order):
         split_triangle(triangles, neighbours, vertex_triangle, t, p, count, count + 1)
         count += 2
         legalise_star(points, triangles, neighbours, vertex_triangle, t)
-    return count
+    return triangles[:count], neighbours[:count], vertex_triangle
+
+
+@kernel
+def find_segments(triangles, neighbours, vertex_triangle, order, segments):
+    """Half-edges (k,) of the segments (k, 2), -1 where one is no edge; how many are; rank (n,) of indices.
+
+    A rank is -1 where the point equals an earlier one.
+    """
+    rank = np.empty(order.shape[0], np.int32)
+    for r in range(order.shape[0]):
+        rank[order[r]] = r if vertex_triangle[r] >= 0 else -1
+    half_edge = np.empty(segments.shape[0], np.int64)
+    found = 0
+    for s in range(segments.shape[0]):
+        a, b = rank[segments[s, 0]], rank[segments[s, 1]]
+        half_edge[s] = find_edge(triangles, neighbours, vertex_triangle, a, b) if min(a, b) >= 0 else -1
+        found += half_edge[s] >= 0
+    return half_edge, found, rank
 
 
 @kernel
 def crossing_edges(points, triangles, neighbours, vertex_triangle, a, b, queue):
     """Collect the edges (right end, left end) that the segment from a to b crosses into queue (room, 2).
 
-    Returns their number, or -1 where a vertex lies on the segment or a segment stops the walk. Turns about a to the
-    triangle that b is seen through, then goes from triangle to triangle.
+    Returns their number, or -1 where a vertex lies on the segment or a segment stops the walk. Turns about a
+    to the triangle that b is seen through, then goes from triangle to triangle.
     """
     ax, ay, bx, by = points[a, 0], points[a, 1], points[b, 0], points[b, 1]
     t = np.int64(vertex_triangle[a])
@@ -146,8 +166,8 @@ def crossing_edges(points, triangles, neighbours, vertex_triangle, a, b, queue):
 def recover_segment(points, triangles, neighbours, vertex_triangle, a, b, queue, touched):
     """Make a - b an edge by flipping the edges that cross it (Sloan 1993); returns whether that succeeded.
 
-    A crossing edge whose two triangles form no strictly convex quadrilateral waits at the end of the queue. Changed
-    triangles are marked in touched (cap,) uint8.
+    A crossing edge whose two triangles form no strictly convex quadrilateral waits at the end of the queue.
+    Changed triangles are marked in touched (cap,) uint8.
     """
     ax, ay, bx, by = points[a, 0], points[a, 1], points[b, 0], points[b, 1]
     count = crossing_edges(points, triangles, neighbours, vertex_triangle, a, b, queue)
@@ -186,36 +206,8 @@ def recover_segment(points, triangles, neighbours, vertex_triangle, a, b, queue,
 
 
 @kernel
-def recover_all(points, triangles, neighbours, vertex_triangle, segments, rank, count, half_edge, touched):
-    """Make every segment (k, 2) an edge where that is possible; write its half-edge or -1 into half_edge (k,).
-
-    Of two segments that cross each other the earlier one is lost. Returns the number of segments
-    that had to be flipped in.
-    """
-    flipped = 0
-    queue = np.empty((0, 2), np.int32)
-    for s in range(segments.shape[0]):
-        a, b = np.int64(rank[segments[s, 0]]), np.int64(rank[segments[s, 1]])
-        half_edge[s] = -1
-        if a == b or vertex_triangle[a] < 0 or vertex_triangle[b] < 0:
-            continue
-        half_edge[s] = find_edge(triangles, neighbours, vertex_triangle, a, b)
-        if half_edge[s] < 0:
-            if queue.shape[0] == 0:
-                queue = np.empty((2 * count, 2), np.int32)
-            recover_segment(points, triangles, neighbours, vertex_triangle, a, b, queue, touched)
-            flipped += 1
-    if flipped > 0:
-        for s in range(segments.shape[0]):
-            a, b = np.int64(rank[segments[s, 0]]), np.int64(rank[segments[s, 1]])
-            if a != b and vertex_triangle[a] >= 0 and vertex_triangle[b] >= 0:
-                half_edge[s] = find_edge(triangles, neighbours, vertex_triangle, a, b)
-    return flipped
-
-
-@kernel
 def cut_segments(neighbours, half_edge):
-    """Replace neighbours across the segments (k,) by codes: ``-1 - s`` on the left, ``-1 - k - s`` on the right.
+    """Replace neighbours across the k segments by codes: ``-1 - s`` on the left, ``-1 - k - s`` on the right.
 
     Half-edges that an earlier segment holds already become -1.
     """
@@ -236,19 +228,25 @@ def cut_segments(neighbours, half_edge):
 
 
 @kernel
-def find_cuts(neighbours, half_edge, count):
-    """Set half_edge (k,) again from the codes on the left of the segments."""
-    k = half_edge.shape[0]
-    for t in range(count):
-        for i in range(3):
-            u = neighbours[t, i]
-            if u < 0 and u >= -k and half_edge[-1 - u] >= 0:
-                half_edge[-1 - u] = 3 * t + i
+def recover_all(points, triangles, neighbours, vertex_triangle, segments, rank, half_edge):
+    """Make the segments (k, 2) without a half-edge edges where that is possible, then legalise around them.
 
-
-@kernel
-def restore_delaunay(points, triangles, neighbours, vertex_triangle, count, touched):
-    """Legalise around the touched triangles, segments being cut; returns DONE or OUT_OF_BUDGET."""
+    Sets half_edge (k,) anew and cuts the segments. Of two segments that cross each other the earlier is lost.
+    Returns DONE or OUT_OF_BUDGET.
+    """
+    count = triangles.shape[0]
+    queue = np.empty((2 * count, 2), np.int32)
+    touched = np.empty(count, np.uint8)
+    touched[:] = 0
+    for s in range(segments.shape[0]):
+        a, b = rank[segments[s, 0]], rank[segments[s, 1]]
+        if half_edge[s] < 0 and min(a, b) >= 0 and a != b:
+            recover_segment(points, triangles, neighbours, vertex_triangle, a, b, queue, touched)
+    for s in range(segments.shape[0]):
+        a, b = rank[segments[s, 0]], rank[segments[s, 1]]
+        if min(a, b) >= 0:
+            half_edge[s] = find_edge(triangles, neighbours, vertex_triangle, a, b)
+    cut_segments(neighbours, half_edge)
     stack = np.empty(16 * count + 64, np.int32)
     waiting = 0
     for t in range(count):
@@ -256,12 +254,19 @@ def restore_delaunay(points, triangles, neighbours, vertex_triangle, count, touc
             stack[waiting] = t
             waiting += 1
     report, _ = legalise(points, triangles, neighbours, vertex_triangle, stack, waiting)
+    # flips moved cut edges from slot to slot: their codes tell where they are now
+    k = half_edge.shape[0]
+    for t in range(count):
+        for i in range(3):
+            u = neighbours[t, i]
+            if u < 0 and u >= -k and half_edge[-1 - u] >= 0:
+                half_edge[-1 - u] = 3 * t + i
     return report
 
 
 @kernel
 def flood(triangles, neighbours, half_edge, count, n):
-    """Number the triangles reached from the left of the segments: (count,) int32, -1 for others; and how many.
+    """Number the triangles on the left of the segments: (count,) int32, -1 for others; and how many.
 
     Stops at cut edges and at triangles that have a far corner (ranks from n on). Numbers follow the slots.
     """
@@ -298,8 +303,8 @@ def flood(triangles, neighbours, half_edge, count, n):
 def compact(triangles, neighbours, number, kept, order, k):
     """The kept triangles with points by index: triangles (m, 3), neighbours (m, 3), status bits.
 
-    An edge without a segment towards a triangle that is not kept gets ``-1 - k`` (LEAKED); one on the right of a
-    segment whose left lies outside gets that segment's code (CONTRADICTED).
+    An edge without a segment towards a triangle that is not kept gets ``-1 - k`` (LEAKED); one on the right
+    of a segment whose left lies outside gets that segment's code (CONTRADICTED).
     """
     out, across = np.empty((kept, 3), np.int32), np.empty((kept, 3), np.int32)
     leaked, contradicted = 0, 0
@@ -324,8 +329,9 @@ def compact(triangles, neighbours, number, kept, order, k):
 
 @kernel
 def drop_unused(triangles, n, fixed):
-    """Renumber the vertices of triangles (m, 3) in place without the unused ones from ``fixed`` on; returns those."""
-    number = np.zeros(n, np.int32)
+    """Renumber vertices of triangles in place without the unused ones from ``fixed`` on; returns those."""
+    number = np.empty(n, np.int32)
+    number[:] = 0
     for t in range(triangles.shape[0]):
         for i in range(3):
             number[triangles[t, i]] = 1
@@ -348,51 +354,13 @@ def drop_unused(triangles, n, fixed):
 
 
 @kernel
-def missing(half_edge):
-    """Indices (int32) of the segments without a half-edge."""
-    lost = np.empty(half_edge.shape[0], np.int32)
-    count = 0
-    for s in range(half_edge.shape[0]):
-        if half_edge[s] < 0:
-            lost[count] = s
-            count += 1
-    return lost[:count].copy()
+def extract(triangles, neighbours, half_edge, order, fixed):
+    """The region on the left of the segments, by index, of a triangulation whose segments were cut.
 
-
-@kernel
-def cdt(points, segments, fixed):
-    """Constrained Delaunay triangulation of the region on the left of the segments.
-
-    points : (n, 2), finite, n > 0. segments : (k, 2) int32, indices of points. fixed : the first so many points stay
-    even where no triangle uses them.
-
-    Returns triangles (m, 3), neighbours (m, 3), dropped (d,) indices of points that are left out, unrecovered (u,)
-    indices of segments that are no edges, and the status (bits LEAKED, CONTRADICTED, EXHAUSTED).
+    fixed : the first so many points stay even where no triangle uses them. Returns triangles (m, 3),
+    neighbours (m, 3), dropped (d,) indices of points left out, and status bits (LEAKED, CONTRADICTED).
     """
-    n = points.shape[0]
-    low_x, low_y, extent = bounding_square(points)
-    order = hilbert_order(points, low_x, low_y, extent)
-    ranked = ranked_points(points, order, low_x, low_y, extent)
-    triangles = np.empty((2 * n + 1, 3), np.int32)
-    neighbours = np.empty((2 * n + 1, 3), np.int32)
-    vertex_triangle = np.empty(n + 3, np.int32)
-    count = insert_all(ranked, triangles, neighbours, vertex_triangle, order)
-    rank = np.empty(n, np.int32)
-    for r in range(n):
-        rank[order[r]] = r
-    half_edge = np.empty(segments.shape[0], np.int64)
-    touched = np.zeros(count, np.uint8)
-    status = 0
-    flipped = recover_all(
-        ranked, triangles, neighbours, vertex_triangle, segments, rank, count, half_edge, touched
-    )
-    cut_segments(neighbours, half_edge)
-    if flipped > 0:
-        report = restore_delaunay(ranked, triangles, neighbours, vertex_triangle, count, touched)
-        status = EXHAUSTED if report != DONE else 0
-        # legalising moved edges between slots: a cut edge knows its segment
-        find_cuts(neighbours, half_edge, count)
-    number, kept = flood(triangles, neighbours, half_edge, count, n)
-    out, across, leaks = compact(triangles, neighbours, number, kept, order, segments.shape[0])
-    dropped = drop_unused(out, n, fixed)
-    return out, across, dropped, missing(half_edge), status | leaks
+    n = order.shape[0]
+    number, kept = flood(triangles, neighbours, half_edge, triangles.shape[0], n)
+    out, across, status = compact(triangles, neighbours, number, kept, order, half_edge.shape[0])
+    return out, across, drop_unused(out, n, fixed), status

@@ -3,8 +3,8 @@
 Arrays (capacity cap; all changed in place)
 -------------------------------------------
 triangles : (cap, 3) int32, corners counter-clockwise.
-neighbours : (cap, 3) int32, ``neighbours[t, i]`` lies across local edge i, from corner i+1 to corner i+2, opposite
-    to corner i; a code ``-1 - s`` marks boundary segment s.
+neighbours : (cap, 3) int32, ``neighbours[t, i]`` lies across local edge i, from corner i+1 to corner i+2,
+    opposite to corner i; a code ``-1 - s`` marks boundary segment s.
 vertex_triangle : (n,) int32, one triangle at each vertex.
 points : (n, 2) float64.
 
@@ -48,8 +48,8 @@ def flip(triangles, neighbours, vertex_triangle, t, i):
                \ | /                        \ n /
                  a                            a
 
-    p is corner i of t, and afterwards t = (p, a, d) and u = (p, d, b): both keep p at corner 0, and the two edges
-    that a flip may have made illegal are local edge 0 of t and of u.
+    p is corner i of t, and afterwards t = (p, a, d) and u = (p, d, b): both keep p at corner 0, and the two
+    edges that a flip may have made illegal are local edge 0 of t and of u.
     """
     u = np.int64(neighbours[t, i])
     i1 = i + 1 if i < 2 else 0
@@ -78,8 +78,8 @@ def split_triangle(triangles, neighbours, vertex_triangle, t, p, t1, t2):
                  c
                / | \
          n_ca / t2|  \ n_bc        t1 and t2 are free slots of the arrays; p is corner 0 of all three.
-             /  _p_ t1\            p may lie on an edge of t: the triangle of no area that then arises has to be
-            / _-  t  -_\           flipped away (edge 0, which the in-circle test does by itself).
+             /  _p_ t1\            p may lie on an edge of t: the triangle of no area that then arises
+            / _-  t  -_\           is flipped away by the in-circle test of its edge 0.
            a ----------- b
                  n_ab
     """
@@ -120,8 +120,8 @@ def legalise(points, triangles, neighbours, vertex_triangle, stack, count):
     """Flip until all edges that can be reached from the triangles on the stack are locally Delaunay.
 
     stack : (room,) int32, the first ``count`` entries are triangles to check (all three edges); overwritten.
-    A tie (four cocircular points) is never flipped; segments are never flipped. All triangles must have positive
-    area or be on the stack beside a triangle that repairs them. At most room - count flips are made.
+    A tie (four cocircular points) is never flipped; segments are never flipped. All triangles must have
+    positive area or be on the stack beside a triangle that repairs them. At most room - count flips are made.
     Returns (DONE or OUT_OF_BUDGET, flips made).
     """
     flips = 0
@@ -175,8 +175,8 @@ def locate(points, triangles, neighbours, t, x, y, budget):
 def find_edge(triangles, neighbours, vertex_triangle, a, b):
     """Half-edge 3 t + i of the directed edge a -> b (t on its left), or -1 where there is none.
 
-    Turns about a, first counter-clockwise, then clockwise from the start where a segment stops the turn; an edge with
-    a segment on its left has no triangle there and is not found from its other side.
+    Turns about a, first counter-clockwise, then clockwise from the start where a segment stops the turn; an
+    edge with a segment on its left has no triangle there and is not found from its other side.
     """
     start = np.int64(vertex_triangle[a])
     for way in range(2):
@@ -195,7 +195,7 @@ def find_edge(triangles, neighbours, vertex_triangle, a, b):
 
 @kernel
 def fill_vertex_triangle(triangles, count, vertex_triangle):
-    """Set one triangle for each vertex of the first ``count`` triangles: the last one that has it; -1 for others."""
+    """Set one triangle for each vertex: the last of the first ``count`` triangles that has it, or -1."""
     vertex_triangle[:] = -1
     for t in range(count):
         for i in range(3):

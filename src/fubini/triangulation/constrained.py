@@ -5,16 +5,25 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from fubini.errors import GeometryError, OptionError
-from fubini.triangulation._kernels_cdt import CONTRADICTED, LEAKED, cdt
+from fubini.errors import FubiniError, GeometryError, OptionError
+from fubini.triangulation._kernels_cdt import (
+    cut_segments,
+    delaunay,
+    extract,
+    find_segments,
+    rank_points,
+    recover_all,
+)
+from fubini.triangulation._kernels_topology import DONE
 from fubini.triangulation.value import Boundary, Triangulation
 
 
 def constrained_delaunay(points: ArrayLike, boundary: Boundary) -> Triangulation:
     """Triangulate the region on the left of the boundary's segments with the given points.
 
-    The result holds every segment as an edge of one triangle, and each triangle's circle holds no vertex that can be
-    seen from inside the triangle. Of cocircular points any triangulation may come out, always the same.
+    The result holds every segment as an edge of one triangle, and each triangle's circle holds no vertex that
+    can be seen from inside the triangle. Of cocircular points any triangulation may come out, always the
+    same.
 
     Parameters
     ----------
@@ -24,8 +33,8 @@ def constrained_delaunay(points: ArrayLike, boundary: Boundary) -> Triangulation
     Returns
     -------
     Triangulation. ``dropped`` names interior points that are left out, because they equal an earlier point or
-    lie outside the region; ``unrecovered`` names segments that could not be made edges, because a point lies on
-    them, they cross another segment, or an end equals another point.
+    lie outside the region; ``unrecovered`` names segments that could not be made edges, because a point lies
+    on them, they cross another segment, or an end equals another point.
 
     Raises
     ------
@@ -41,8 +50,16 @@ def constrained_delaunay(points: ArrayLike, boundary: Boundary) -> Triangulation
     segments = np.array(boundary.segments, np.int32, order="C")
     if segments.size and (segments.min() < 0 or segments.max() >= len(xy)):
         raise OptionError("segments must be indices of points")
-    triangles, neighbours, dropped, unrecovered, status = cdt(xy, segments, fixed)
-    if status & (LEAKED | CONTRADICTED) and not len(unrecovered):
+    ranked, order = rank_points(xy)
+    triangles, neighbours, vertex_triangle = delaunay(ranked, order)
+    half_edge, found, rank = find_segments(triangles, neighbours, vertex_triangle, order, segments)
+    if found == len(segments):
+        cut_segments(neighbours, half_edge)
+    elif recover_all(ranked, triangles, neighbours, vertex_triangle, segments, rank, half_edge) != DONE:
+        raise FubiniError("the triangulation did not become Delaunay within its budget of flips", at=xy[0])
+    triangles, neighbours, dropped, status = extract(triangles, neighbours, half_edge, order, fixed)
+    unrecovered = np.flatnonzero(half_edge < 0).astype(np.int32)
+    if status and not len(unrecovered):
         raise GeometryError(
             "the segments do not enclose a region on their left",
             at=xy[segments[0, 0]],

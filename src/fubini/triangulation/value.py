@@ -60,8 +60,10 @@ class Triangulation:
     neighbours : (m, 3) int32; the triangle across the edge opposite to the local corner, or
         ``-1 - s`` where that edge is boundary segment ``s``.
     boundary : nodes ``0 .. len(boundary.points)`` of ``points``, in the same order.
-    unrecovered : boundary segments that are no edges (crossed, or a point lies on them); empty when all is well.
-    dropped : indices, into the points that were given, of interior points left out (doubles, or outside the region).
+    unrecovered : boundary segments that are no edges (crossed, or a point lies on them); empty when all is
+    well.
+    dropped : indices, into the points that were given, of interior points left out (doubles, or outside the
+    region).
     """
 
     points: Float
