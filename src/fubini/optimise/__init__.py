@@ -1,0 +1,6 @@
+"""The optimiser: moves, flips, refinement, the loop (see docs, theory of the optimiser)."""
+
+from fubini.optimise.loop import optimise
+from fubini.optimise.options import OptimiseOptions, OptimiseOutcome
+
+__all__ = ["OptimiseOptions", "OptimiseOutcome", "optimise"]

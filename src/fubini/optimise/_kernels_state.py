@@ -1,0 +1,118 @@
+"""The mutable mesh that the moves work on, and the scratch space of the primitive.
+
+``State`` and ``Work`` are tuples of arrays, allocated once per face, so that every kernel here is
+compiled for one signature only. Names of the entries of ``State.counts`` stand below.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+# entries of State.counts
+NODES, TRIANGLES, SEGMENTS, FREED, QUEUED, STAMP, ATTEMPTS, BUDGET, RANDOM = 0, 1, 2, 3, 4, 5, 6, 7, 8
+FIRST_MOVE = 16
+#: accepted moves, counted from ``FIRST_MOVE`` on in this order
+MOVES = (
+    "relocation",
+    "slide",
+    "flip",
+    "insertion",
+    "deletion",
+    "boundary_split",
+    "boundary_removal",
+    "collapse",
+    "patch",
+    "kick",
+    "refinement",
+)
+RELOCATION, SLIDE, FLIP, INSERTION, DELETION, SPLIT, REMOVAL, COLLAPSE, PATCH, KICK, REFINEMENT = range(16, 27)
+
+# entries of State.rule
+SOFT, HARD, AR, WEIGHT, SAG, STRETCH = 0, 1, 2, 3, 4, 5
+
+REMOVED = 255
+#: largest polygon of a cavity; larger ones are refused
+LIMIT = 40
+
+
+class State(NamedTuple):
+    """One face's mesh with room to grow; capacities N nodes, M triangles, K segments.
+
+    Attributes
+    ----------
+    points (N, 2), kind (N,) uint8 (255: removed), size (N,), sharp (N,) uint8 (1: unavoidable corner)
+    tri_of (N,) int32 : one triangle of each node; not used for corners and frozen nodes.
+    tri (M, 3), nbr (M, 3) int32 : as in ``Triangulation``; ``tri[t, 0] = -1``: removed.
+    free (M,) int32 : numbers of removed triangles, ``counts[FREED]`` of them.
+    queue (M,) int32 : triangles that a move left flawed, ``counts[QUEUED]`` of them.
+    mark (M,) int32 : stamps of the cavity at hand.
+    track (K,) int32, t (K, 2), mode (K,) uint8 : of the segments; mode 255: removed.
+    counts (32,) int64, rule (8,) float64 : see the names above.
+    track_kinds, track_offsets, track_data : the tracks.
+    """
+
+    points: Any
+    kind: Any
+    size: Any
+    sharp: Any
+    tri_of: Any
+    tri: Any
+    nbr: Any
+    free: Any
+    queue: Any
+    mark: Any
+    track: Any
+    t: Any
+    mode: Any
+    counts: Any
+    rule: Any
+    track_kinds: Any
+    track_offsets: Any
+    track_data: Any
+
+
+class Work(NamedTuple):
+    """Scratch space of the primitive; all integers int64.
+
+    cavity, fan : triangles. poly, code, px, py, ear : polygon of the cavity: nodes, what lies across the
+    edge to the next node, coordinates relative to node 0, 1 where the node is an unavoidable corner between two
+    segments. ring, rx, ry : nodes around a node. best, cut (LIMIT, LIMIT) : dynamic programme.
+    fill (2 LIMIT, 3) : local corners of the new triangles. ea, eb, ec : loose edges. inner : nodes that go.
+    circles (6 LIMIT, 4) : constraints of the valid region.
+    """
+
+    cavity: Any
+    fan: Any
+    poly: Any
+    code: Any
+    px: Any
+    py: Any
+    ear: Any
+    ring: Any
+    rx: Any
+    ry: Any
+    best: Any
+    cut: Any
+    fill: Any
+    ea: Any
+    eb: Any
+    ec: Any
+    inner: Any
+    circles: Any
+    nodes: Any
+
+
+def work() -> Work:
+    """Scratch space, about 30 kB."""
+
+    def ints(*shape: int) -> Any:
+        return np.empty(shape, np.int64)
+
+    n = 2 * LIMIT
+    return Work(
+        ints(n), ints(n), ints(n), ints(n), np.empty(n), np.empty(n), ints(n), ints(n), np.empty(n), np.empty(n),
+        np.empty((LIMIT, LIMIT)), ints(LIMIT, LIMIT), ints(n, 3), ints(n), ints(n), ints(n), ints(n),
+        np.empty((6 * LIMIT, 4)), ints(1024),
+    )  # fmt: skip

@@ -1,0 +1,118 @@
+"""``optimise``: from any triangulation of a region to one without avoidable flaws."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fubini.optimise._kernels_state import (
+    ATTEMPTS,
+    BUDGET,
+    FIRST_MOVE,
+    HARD,
+    MOVES,
+    QUEUED,
+    SOFT,
+    State,
+    work,
+)
+from fubini.optimise.options import OptimiseOptions, OptimiseOutcome
+from fubini.optimise.state import build_state, extend_state, read_state, rule_of, sharp_nodes
+from fubini.tracks import Tracks
+from fubini.triangulation.value import Triangulation
+
+
+def flawed_triangles(
+    tri: Triangulation, rule: NDArray[np.float64], bound: float
+) -> NDArray[np.int32]:
+    """Numbers of the triangles with f below ``bound``."""
+    from fubini.optimise._kernels_quality import find_flawed
+
+    points, triangles = np.require(tri.points, float, "CW"), np.require(tri.triangles, np.int32, "CW")
+    out = np.empty(64, np.int32)
+    n = find_flawed(points, triangles, bound, rule, out)
+    if n > len(out):
+        out = np.empty(n, np.int32)
+        find_flawed(points, triangles, bound, rule, out)
+    return out[:n]
+
+
+def excess_of(
+    tri: Triangulation, flawed: NDArray[np.int32], options: OptimiseOptions
+) -> NDArray[np.int32]:
+    """Those of the flawed triangles that no unavoidable corner excuses."""
+    from fubini.optimise._kernels_quality import excess_flawed
+
+    if len(flawed) == 0:
+        return flawed
+    sharp = np.zeros(len(tri.points), np.uint8)
+    sharp[: len(tri.boundary.angle)] = sharp_nodes(tri.boundary, options.min_skew)
+    triangles = np.require(tri.triangles, np.int32, "CW")
+    rest = flawed.copy()
+    n = excess_flawed(triangles, sharp, rest, np.zeros(len(sharp), np.uint8))
+    return rest[:n]
+
+
+def optimise(
+    triangulation: Triangulation, tracks: Tracks, options: OptimiseOptions | None = None
+) -> OptimiseOutcome:
+    """Remove every avoidable flaw: local moves worst first, then kicks, then refinement.
+
+    See method.md, section 6 (Perumal 2019, Fig. 4). Never raises for a mesh that it cannot mend: the outcome
+    says how many triangles are left flawed, and where.
+    """
+    options = options or OptimiseOptions()
+    rule = rule_of(options)
+    soft = flawed_triangles(triangulation, rule, rule[SOFT])
+    hard = flawed_triangles(triangulation, rule, rule[HARD]) if len(soft) else soft
+    if len(excess_of(triangulation, soft, options)) == 0:
+        return OptimiseOutcome(triangulation, dict.fromkeys(MOVES, 0), len(hard), len(hard))
+    state = build_state(triangulation, tracks, options, 200 + 4 * len(soft))
+    state.queue[: len(soft)] = soft
+    state.counts[QUEUED] = len(soft)
+    state.counts[BUDGET] = 20000 + 1000 * len(soft) if options.budget is None else options.budget
+    state = run(state)
+    result, splits = read_state(state, triangulation)
+    return judge(result, splits, state, options, len(hard))
+
+
+def judge(
+    result: Triangulation,
+    splits: tuple[tuple[int, float], ...],
+    state: State,
+    options: OptimiseOptions,
+    before: int,
+) -> OptimiseOutcome:
+    """The outcome, counted on the final triangulation."""
+    rule = state.rule
+    after = flawed_triangles(result, rule, rule[HARD])
+    rest = excess_of(result, after, options)
+    worst = result.points[result.triangles[rest]].mean(1)
+    return OptimiseOutcome(
+        result,
+        {name: int(state.counts[FIRST_MOVE + i]) for i, name in enumerate(MOVES)},
+        before,
+        len(after),
+        len(rest),
+        splits,
+        bool(len(rest) and state.counts[ATTEMPTS] > state.counts[BUDGET]),
+        tuple((float(x), float(y)) for x, y in worst),
+    )
+
+
+def run(state: State) -> State:
+    """Descend, then search with kicks; the state may move to larger arrays."""
+    from fubini.optimise._kernels_loop import DONE, FULL, SPENT, descend, search
+
+    scratch = work()
+    while (status := descend(state, scratch)) == FULL:
+        state = extend_state(state, 2 * len(state.points))
+    if status in (DONE, SPENT):
+        return state
+    for _ in range(4):
+        second = State(*(np.array(array) for array in state))
+        status = search(state, second, scratch, 60, 12)
+        if status != FULL:
+            break
+        state = extend_state(state, 2 * len(state.points))
+    return state
