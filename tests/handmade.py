@@ -8,8 +8,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from fubini.certificate import Outline, certify, certify_face
-from fubini.result import Mesh
 from fubini.model import Edge, Face, Frame, Model, SkippedFace
+from fubini.result import Mesh
 
 FLAT_FRAME = Frame(np.zeros(3), np.array([1.0, 0, 0]), np.array([0, 1.0, 0]))
 

@@ -14,15 +14,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from fubini.result import Certificate, Corner, FaceCertificate
 from fubini.quality import corner_limit
+from fubini.result import Certificate, Corner, FaceCertificate
 from fubini.tolerance import AREA, FLAT, MAX_ASPECT_RATIO, MIN_SKEW, ON_CURVE
 
 if TYPE_CHECKING:
     from fubini.model import Face
 
 Float = NDArray[np.float64]
-Int = NDArray[np.int32]
+Int = NDArray[np.signedinteger]
 Evaluate = Callable[[Int, Float], Float]
 
 #: Where a curve is compared with its chord, beside its ends (shares of the parameter span).

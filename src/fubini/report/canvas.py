@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fubini.errors import DependencyError, ExportError
+from fubini.export.atomic import Transaction
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -73,11 +74,13 @@ def add_caption(figure: Figure, head: str, text: str, colour: str = TEXT) -> Non
     figure.text(0.5, 0.26 / height, text, ha="center", va="top", fontsize=8.5, color=TEXT)
 
 
-def write_figure(figure: Figure, path: str | Path) -> None:
-    """Write the figure whole or not at all, the same bytes every time."""
+def write_figure(figure: Figure, path: str | Path, transaction: Transaction | None = None) -> None:
+    """Write the figure whole or not at all, the same bytes every time; within ``transaction`` if given."""
+    if transaction is None:
+        with Transaction() as own:
+            write_figure(figure, path, own)
+        return
     from matplotlib import rc_context
-
-    from fubini.export import Transaction
 
     check_picture_path(path)
     suffix = Path(path).suffix.lower()
@@ -86,5 +89,5 @@ def write_figure(figure: Figure, path: str | Path) -> None:
         ".svg": {"Date": None},
         ".pdf": {"CreationDate": None, "ModDate": None},
     }[suffix]
-    with Transaction() as files, rc_context({"svg.hashsalt": "fubini"}):
-        figure.savefig(files.stage(path), format=suffix[1:], metadata=nothing)
+    with rc_context({"svg.hashsalt": "fubini"}):
+        figure.savefig(transaction.stage(path), format=suffix[1:], metadata=nothing)

@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from fubini.mesh import Certificate, FaceCertificate, Mesh
+    from fubini.result import Certificate, FaceCertificate, Mesh
 
 #: Figures that the whole mesh and each face have in common.
 FIGURES = (
@@ -30,7 +30,7 @@ FIGURES = (
 def to_json(mesh: Mesh) -> dict[str, Any]:
     """The figures of a mesh as values that strict JSON can hold.
 
-    Keys: those of ``FIGURES``; ``points``, ``size``, ``min_skew``, ``max_aspect_ratio`` (the bounds),
+    Keys: ``source``; those of ``FIGURES``; ``points``, ``size``, ``min_skew``, ``max_aspect_ratio`` (the bounds),
     ``seconds`` by stage, ``skipped_faces`` (number), ``skipped`` (index, name, surface, reason of each),
     ``notes``, and ``faces``: per face ``face``, ``name``, the same figures, ``corners`` (unavoidable:
     ``point`` and ``angle``), ``worst_at``, ``reasons``, ``moves``, ``budget_exhausted``.
@@ -39,6 +39,7 @@ def to_json(mesh: Mesh) -> dict[str, Any]:
     certificate = mesh.certificate
     skipped = mesh.model.skipped if mesh.model is not None else ()
     result: dict[str, Any] = {
+        "source": mesh.model.source if mesh.model is not None else None,
         **_figures(certificate),
         "points": len(mesh.points),
         "size": mesh.size,

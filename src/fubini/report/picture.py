@@ -27,7 +27,7 @@ from fubini.tolerance import FLAT
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from fubini.mesh import Mesh
+    from fubini.result import Mesh
 
 Float = NDArray[np.float64]
 Byte = NDArray[np.uint8]
@@ -236,8 +236,9 @@ def _caption(figure: Any, mesh: Mesh, title: str | None) -> None:
     flaws = f"{certificate.flawed} flawed"
     if certificate.unavoidable:
         flaws += f" ({certificate.unavoidable} unavoidable)"
+    triangles = "triangle" if certificate.triangles == 1 else "triangles"
     text = (
-        f"{certificate.triangles:,} {'triangle' if certificate.triangles == 1 else 'triangles'}, {flaws};  skewness ≥ {certificate.worst_skew:.2f}°,  "
+        f"{certificate.triangles:,} {triangles}, {flaws};  skewness ≥ {certificate.worst_skew:.2f}°,  "
         f"aspect ratio ≤ {certificate.worst_aspect_ratio:.3f},  "
         f"angles {certificate.min_angle:.1f}° to {certificate.max_angle:.1f}°"
     )

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from fubini.certificate import excuse, triangle_figures
 
 if TYPE_CHECKING:
-    from fubini.mesh import Mesh
+    from fubini.result import Mesh
 
 VALID, EXCUSED, FLAWED = 0, 1, 2
 

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from fubini.mesh import Certificate, FaceCertificate, Mesh
     from fubini.report.check import MeshCheck
+    from fubini.result import Certificate, FaceCertificate, Mesh
 
 HEAD = (
     "face",

@@ -1,0 +1,119 @@
+"""``fubini mesh``: from a CAD file to certified meshes, a report and a picture."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from fubini.cli.common import (
+    FaceList,
+    Progress,
+    check_outputs,
+    dump_json,
+    json_files,
+    json_option,
+    stdout_to_stderr,
+    write_json,
+)
+
+if TYPE_CHECKING:
+    from fubini.result import Mesh
+
+
+@click.command()
+@click.argument("source", metavar="IN", type=click.Path())
+@click.option("-o", "--output", "outputs", metavar="OUT", multiple=True, required=True, type=click.Path(),
+              help="Mesh file (.stl .obj .ply .glb .vtu .vtk); may be repeated.")  # fmt: skip
+@click.option("--size", type=float, metavar="H", help="Wanted edge length in model units; by default from the model.")
+@click.option("--faces", type=FaceList(), metavar="I,J", help="Only these faces: indices such as 0,3,5-9.")
+@click.option("--select", metavar="NAME", help="Only the faces of this name.")
+@click.option("--pattern", type=click.Choice(["auto", "SP13", "SP41", "ASP20", "ASP48"], case_sensitive=False),
+              default="auto", show_default=True, help="Reference points laid into the cells.")  # fmt: skip
+@click.option("--min-skew", type=float, default=45.0, show_default=True, metavar="D",
+              help="Triangles at or below this skewness (degrees) are flawed.")  # fmt: skip
+@click.option("--max-aspect-ratio", type=float, default=2.0, show_default=True, metavar="A",
+              help="Triangles at or above this aspect ratio are flawed.")  # fmt: skip
+@json_option
+@click.option("--plot", "picture", metavar="FILE", type=click.Path(), help="Draw the mesh (.png, .svg, .pdf).")
+@click.option("-q", "--quiet", is_flag=True, help="No table.")
+@click.pass_context
+def mesh(
+    ctx: click.Context,
+    source: str,
+    outputs: tuple[str, ...],
+    faces: tuple[int, ...] | None,
+    select: str | None,
+    json_path: str | None,
+    picture: str | None,
+    quiet: bool,
+    **options: Any,
+) -> None:
+    """Mesh the planar faces of the CAD file IN.
+
+    IN is a .step, .stp, .brep, .iges, .dxf, .svg or .FCStd file. All outputs are written at the end, or
+    none of them.
+    """
+    if faces is not None and select is not None:
+        raise click.UsageError("--faces and --select exclude each other")
+    _check_paths(source, outputs, json_path, picture)
+    with stdout_to_stderr(json_path == "-"):
+        import fubini
+
+        with Progress() as progress:
+            result = fubini.mesh(source, faces=faces, select=select, progress=progress, **options)
+        data = _write(result, outputs, json_path, picture)
+    if json_path == "-":
+        click.echo(dump_json(data), nl=False)
+    elif not quiet:
+        from fubini.report import table
+
+        click.echo(table(result))
+    _warn_of_rounding(result, outputs)
+    ctx.exit(0 if result.certificate.certified else 1)
+
+
+def _check_paths(source: str, outputs: tuple[str, ...], json_path: str | None, picture: str | None) -> None:
+    """Find out before the work what would fail after it."""
+    from fubini.export import check_path
+
+    for path in outputs:
+        check_path(path)
+    if picture is not None:
+        from fubini.report.canvas import check_picture_path, require_matplotlib
+
+        check_picture_path(picture)
+        require_matplotlib()
+    check_outputs(source, [*outputs, *json_files(json_path), *([picture] if picture else [])])
+
+
+def _write(result: Mesh, outputs: tuple[str, ...], json_path: str | None, picture: str | None) -> dict[str, Any]:
+    """Write all outputs or none; the figures with the time of writing among them."""
+    from fubini.export import Transaction, save_all
+    from fubini.report import plot, to_json
+    from fubini.report.canvas import write_figure
+
+    begin = time.perf_counter()
+    with Transaction() as files:
+        save_all(result, outputs, files)
+        if picture is not None:
+            write_figure(plot(result), picture, files)
+        data = to_json(result)
+        data["seconds"]["write"] = time.perf_counter() - begin
+        write_json(data, json_path, files)
+    return data
+
+
+def _warn_of_rounding(result: Mesh, outputs: tuple[str, ...]) -> None:
+    from fubini.export import FLOAT32_SUFFIXES, flawed_after_rounding
+
+    single = [path for path in outputs if Path(path).suffix.lower() in FLOAT32_SUFFIXES]
+    more = flawed_after_rounding(result) if single else 0
+    if more:
+        click.echo(
+            f"fubini: warning: {more} more triangles are flawed in {', '.join(single)}, which holds single "
+            "precision; .obj and .vtu hold double, or move the model to the origin",
+            err=True,
+        )
