@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,10 +23,11 @@ class Frame:
     x_axis: Float
     y_axis: Float
 
-    @property
+    @cached_property
     def normal(self) -> Float:
         """Unit normal (3,)."""
-        return np.cross(self.x_axis, self.y_axis)
+        (a, b, c), (u, v, w) = self.x_axis.tolist(), self.y_axis.tolist()
+        return np.array([b * w - c * v, c * u - a * w, a * v - b * u])
 
     def to_plane(self, points: ArrayLike) -> Float:
         """Plane coordinates (n, 2) of space points (n, 3), projected along the normal."""

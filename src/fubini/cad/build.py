@@ -25,6 +25,9 @@ from fubini.tolerance import FLAT, VERTEX_GAP
 
 Float = NDArray[np.float64]
 
+#: Relative accuracy asked of the kernel's adaptive quadrature.
+_AREA_ACCURACY = 1e-10
+
 #: A face of less area than this, times the square of its perimeter, has none.
 _NO_AREA = 1e-12
 
@@ -98,11 +101,12 @@ class _Builder:
         if not outline.chains:
             raise GeometryError("a face without an outline")
         used = [self.table[c.edge] for chain in outline.chains for c in chain]
-        frame = make_frame(*plane, np.mean([e.ends.mean(axis=0) for e in used], axis=0))
+        frame = make_frame(*plane, sum(e.ends[0] for e in used) / len(used))
         self._note_off_plane(index, used, frame)
         region = self._region(outline, frame, name or f"face {index}")
         tolerance = float(occ.tolerance(face))
-        return Face(index, region, frame, name, _area(face), tolerance)
+        simple = all(e.curve.kind in ("line", "circle") for e in used)
+        return Face(index, region, frame, name, _area(face, simple), tolerance)
 
     def _region(self, outline: Outline, frame: Frame, label: str) -> Region:
         corners: dict[int, Float] = {}
@@ -174,17 +178,19 @@ class _Builder:
                 self.notes.append(f"face {face}: edge {index} at {_words(self.table[index].ends.mean(axis=0))} {why}")
 
     def _note_off_plane(self, face: int, used: list[Any], frame: Frame) -> None:
-        worst = max(used, key=lambda e: e.curve.leaves(frame))
-        distance = worst.curve.leaves(frame)
+        distances = [e.curve.leaves(frame) for e in used]
+        distance = max(distances)
         if distance > FLAT * self.diagonal:
             self.notes.append(
-                f"face {face}: edge {worst.index} leaves the plane by up to {distance:.3g}; it is projected into it"
+                f"face {face}: edge {used[distances.index(distance)].index} leaves the plane by up to {distance:.3g}; it is projected into it"
             )
 
 
-def _area(face: Any) -> float:
+def _area(face: Any, simple: bool) -> float:
+    """The kernel's own figure; its fixed quadrature is exact on lines and circles only."""
     properties = GProp_GProps()
-    occ.static(BRepGProp, "SurfaceProperties")(face, properties)
+    measure = occ.static(BRepGProp, "SurfaceProperties")
+    measure(face, properties, *(() if simple else (_AREA_ACCURACY,)))
     return abs(float(properties.Mass()))
 
 

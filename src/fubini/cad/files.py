@@ -13,38 +13,75 @@ from OCP.STEPControl import STEPControl_Reader
 from OCP.TopoDS import TopoDS_Shape
 
 from fubini.cad import occ
+from fubini.cad.integrity import check_brep, check_step
 from fubini.cad.source import ReadOptions, Source
 from fubini.errors import InputError
 
+#: What exporters write where a name is required and none was given.
+_NO_NAME = {"", "NONE", "NULL", "''", "$"}
+
+Names = tuple[tuple[Any, str], ...]
+
 
 def read_step(path: Path, options: ReadOptions) -> Source:
-    """A STEP file in millimetres, as the kernel reads it."""
-    shape, reader = _transfer(STEPControl_Reader(), path, "STEP")
-    return Source(shape, str(path))
+    """A STEP file in millimetres, as the kernel reads it, with the names of faces, edges and solids.
+
+    The name of a solid goes to its faces that have none of their own, where there are several solids.
+    """
+    notes = check_step(path)
+    reader = STEPControl_Reader()
+    shape = _transfer(reader, path, "STEP")
+    transferred = reader.WS().TransferReader()
+    faces = _step_names(transferred, shape, occ.FACE)
+    solids = _step_names(transferred, shape, occ.SOLID)
+    if len(occ.ShapeMap(shape, occ.SOLID)) > 1:
+        faces += solids
+    return Source(shape, str(path), faces, _step_names(transferred, shape, occ.EDGE), notes)
 
 
 def read_iges(path: Path, options: ReadOptions) -> Source:
     """An IGES file in millimetres, as the kernel reads it."""
-    shape, _ = _transfer(IGESControl_Reader(), path, "IGES")
-    return Source(shape, str(path))
+    return Source(_transfer(IGESControl_Reader(), path, "IGES"), str(path))
 
 
 def read_brep(path: Path, options: ReadOptions) -> Source:
     """A file in the kernel's own text format."""
+    check_brep(path)
     shape = TopoDS_Shape()
-    with occ.quiet():
-        done = occ.static(BRepTools, "Read")(shape, str(path), BRep_Builder())
+    try:
+        with occ.quiet():
+            done = occ.static(BRepTools, "Read")(shape, str(path), BRep_Builder())
+    except Exception as error:  # the kernel raises its own classes, which share no other base
+        raise InputError(f"the BREP file is damaged ({type(error).__name__})", file=str(path)) from error
     if not done or shape.IsNull():
         raise InputError("not readable as BREP", file=str(path))
     return Source(shape, str(path))
 
 
-def _transfer(reader: Any, path: Path, kind: str) -> tuple[Any, Any]:
-    with occ.quiet():
-        if reader.ReadFile(str(path)) != ReturnStatus.IFSelect_RetDone:
-            raise InputError(f"not readable as {kind}", file=str(path))
-        reader.TransferRoots()
-        shape = reader.OneShape()
+def _transfer(reader: Any, path: Path, kind: str) -> Any:
+    """The shape of all roots of a file."""
+    try:
+        with occ.quiet():
+            if reader.ReadFile(str(path)) != ReturnStatus.IFSelect_RetDone:
+                raise InputError(f"not readable as {kind}", file=str(path))
+            reader.TransferRoots()
+            shape = reader.OneShape()
+    except InputError:
+        raise
+    except Exception as error:  # as above
+        raise InputError(f"the {kind} file is damaged ({type(error).__name__})", file=str(path)) from error
     if shape is None or shape.IsNull():
         raise InputError(f"no shape in this {kind} file", file=str(path))
-    return shape, reader
+    return shape
+
+
+def _step_names(transferred: Any, shape: Any, kind: Any) -> Names:
+    """Names of sub-shapes from the STEP entities they came from."""
+    found = []
+    for part in occ.ShapeMap(shape, kind):
+        entity = transferred.EntityFromShapeResult(occ.unplaced(part), 1)
+        text = getattr(entity, "Name", lambda: None)()
+        name = text.ToCString().strip() if hasattr(text, "ToCString") else ""
+        if name.upper() not in _NO_NAME:
+            found.append((part, name))
+    return tuple(found)

@@ -45,7 +45,8 @@ def face_plane(face: Any, tolerance: float) -> tuple[Float, Float] | None:
     if kind == SurfaceType.GeomAbs_Plane:
         plane = adaptor.Plane()
         # not Axis(): a mirrored placement makes the axes left-handed
-        normal = np.cross(occ.xyz(plane.XAxis().Direction()), occ.xyz(plane.YAxis().Direction()))
+        x, y = occ.xyz(plane.XAxis().Direction()), occ.xyz(plane.YAxis().Direction())
+        normal = Frame(x, x, y).normal
     else:
         test = GeomLib_IsPlanarSurface(occ.static(BRep_Tool, "Surface")(face), tolerance)
         if not test.IsPlanar():

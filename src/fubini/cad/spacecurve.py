@@ -26,8 +26,9 @@ _UNTILTED = 1e-15
 def project(frame: Frame, points: Float) -> Float:
     """Plane coordinates (n, 2) of points (n, 3): equal points give equal results, however many there are."""
     d = points - frame.origin
-    x, y = frame.x_axis, frame.y_axis
-    return np.stack([_dot(d, x), _dot(d, y)], axis=-1)
+    flat = np.empty((*d.shape[:-1], 2))
+    flat[..., 0], flat[..., 1] = _dot(d, frame.x_axis), _dot(d, frame.y_axis)
+    return flat
 
 
 def height(frame: Frame, points: Float) -> Float:
