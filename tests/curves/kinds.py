@@ -39,9 +39,10 @@ def samples():
 
 
 def size(curve):
-    """The largest coordinate or extent: what rounding errors are relative to."""
-    low, high = curve.bounding_box()
-    return float(max(np.abs(low).max(), np.abs(high).max(), (high - low).max()))
+    """The largest coordinate that defines the curve: what rounding errors are relative to."""
+    if isinstance(curve, CircularArc | EllipticalArc):
+        return float((np.abs(curve.center) + np.hypot(curve.major, curve.minor)).max())
+    return float(np.abs([curve.start, curve.end] if isinstance(curve, Line) else curve.poles).max())
 
 
 _coordinate = st.floats(-1, 1)

@@ -28,7 +28,7 @@ def natural_distance(curve, t, points):
 
 
 @given(curves, axes)
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=60, deadline=None, derandomize=True)
 def test_limit_functions_are_backward_exact(curve, axis):
     scale = size(curve)
     pieces = curve.graph_pieces(axis)
@@ -54,7 +54,7 @@ def test_limit_functions_are_backward_exact(curve, axis):
 
 
 @given(curves, axes, st.sampled_from([1e-6, 1e6]), st.sampled_from([0.0, 1e6]))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60, deadline=None, derandomize=True)
 def test_limit_functions_at_other_scales(curve, axis, scale, offset):
     curve = curve.transform(scale * np.eye(2), (offset, -offset))
     for piece in curve.graph_pieces(axis):
@@ -112,7 +112,7 @@ def test_limit_refuses_what_is_no_function():
 
 
 @given(curves, axes)
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150, deadline=None, derandomize=True)
 def test_turning_points_against_dense_sampling(curve, axis):
     t = curve.turning_points(axis)
     assert ((t > 0) & (t < 1)).all()
@@ -176,7 +176,7 @@ def test_a_turned_straight_spline_has_no_false_turns():
 
 
 @given(curves, axes, st.floats(-0.1, 1.1))
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150, deadline=None, derandomize=True)
 def test_crossings_against_dense_sampling(curve, axis, at):
     low, high = curve.bounding_box()
     value = float(low[axis] + at * (high[axis] - low[axis]))
@@ -203,11 +203,14 @@ def test_crossings_at_ends_and_extremes():
 
 
 @given(arcs(), axes)
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40, deadline=None, derandomize=True)
 def test_reversed_and_mirrored_arcs_have_the_same_limits(curve, axis):
     mirror = np.diag([1.0, -1.0])
-    for other in (curve.reverse(), curve.transform(mirror).transform(mirror)):
-        for piece, twin in zip(curve.graph_pieces(axis), sorted_like(curve, other, axis)):
+    pieces = curve.graph_pieces(axis)
+    mirrored = curve.transform(mirror).transform(mirror).graph_pieces(axis)
+    for others in (curve.reverse().graph_pieces(axis)[::-1], mirrored):
+        assert len(others) == len(pieces)
+        for piece, twin in zip(pieces, others):
             if piece.is_constant(axis, 1e-9):
                 continue
             f, g = piece.limit(axis), twin.limit(axis)
@@ -216,14 +219,8 @@ def test_reversed_and_mirrored_arcs_have_the_same_limits(curve, axis):
             assert np.abs(f(x) - g(x)).max() <= 1e-14 * size(curve) * slope
 
 
-def sorted_like(curve, other, axis):
-    pieces = other.graph_pieces(axis)
-    same = np.abs(other.start - curve.start).max() < np.abs(other.start - curve.end).max()
-    return pieces if same else pieces[::-1]
-
-
 @given(splines())
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30, deadline=None, derandomize=True)
 def test_thin_ellipse_and_spline_constants(curve):
     squeezed = curve.transform([[1, 0], [0, 1e-15]])
     assert squeezed.is_constant(1, 1e-13)

@@ -12,7 +12,7 @@ from fubini.curves import Bezier, BSpline, CircularArc, EllipticalArc, Line
 
 
 @given(curves, st.floats(0.05, 0.95))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60, deadline=None, derandomize=True)
 def test_length_is_additive_and_above_all_chords(curve, t):
     whole = curve.length()
     left, right = curve.split(t)
@@ -22,7 +22,7 @@ def test_length_is_additive_and_above_all_chords(curve, t):
     assert curve.length(t, t) == 0
     p = curve.point(np.linspace(0, 1, 4001))
     chords = np.hypot(*np.diff(p, axis=0).T).sum()
-    assert chords <= whole * (1 + 1e-12)
+    assert chords <= whole * (1 + 1e-12) + 4001 * 2.3e-16 * size(curve)
     assert chords == pytest.approx(whole, rel=1e-4)
 
 
@@ -93,7 +93,7 @@ def test_moments_of_a_parabola_segment():
 
 
 @given(curves, st.floats(-2, 2), st.floats(-2, 2))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60, deadline=None, derandomize=True)
 def test_moments_shift_split_and_turn_with_the_curve(curve, ox, oy):
     # closed by a line, the shares belong to a region: they shift by the parallel-axis rule
     if np.hypot(*(curve.end - curve.start)) < 1e-9:
@@ -126,7 +126,7 @@ def test_moments_count_the_joint_to_a_stored_end():
 
 
 @given(curves, st.integers(0, 2**32 - 1))
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100, deadline=None, derandomize=True)
 def test_nearest_points_against_dense_sampling(curve, seed):
     low, high = curve.bounding_box()
     span = high - low + 0.1
@@ -143,7 +143,7 @@ def test_nearest_points_against_dense_sampling(curve, seed):
 
 
 @given(curves)
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60, deadline=None, derandomize=True)
 def test_points_on_the_curve_are_found(curve):
     t = np.random.default_rng(1).random(30)
     _, d = curve.closest(curve.point(t))

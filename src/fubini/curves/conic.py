@@ -220,9 +220,7 @@ class EllipticalArc(Conic):
         return EllipticalArc(self.center, self.major, self.minor, u0, u1, self.point(t0), self.point(t1))
 
     def reverse(self) -> EllipticalArc:
-        return EllipticalArc(
-            self.center, self.major, self.minor, self.angle1, self.angle0, self.end, self.start
-        )
+        return EllipticalArc(self.center, self.major, self.minor, self.angle1, self.angle0, self.end, self.start)
 
     def transform(self, matrix: ArrayLike, offset: ArrayLike = (0.0, 0.0)) -> EllipticalArc:
         m, o = np.asarray(matrix, np.float64), np.asarray(offset, np.float64)
