@@ -12,6 +12,7 @@ from OCP.GProp import GProp_GProps
 
 from fubini.cad import occ
 from fubini.cad.edges import EdgeTable
+from fubini.cad.free import faces_from_edges
 from fubini.cad.names import resolve
 from fubini.cad.planes import face_plane, make_frame, surface_name
 from fubini.cad.source import Source
@@ -38,10 +39,7 @@ def build_model(source: Source, check: bool = True) -> Model:
     Raises ``InputError`` when there is no planar face and ``GeometryError`` with face, edge and
     coordinates where an outline bounds no region.
     """
-    shape = source.shape
-    faces = occ.ShapeMap(shape, occ.FACE)
-    if not len(faces):
-        raise InputError("no face in it", file=source.label, fix="give faces, solids or closed outlines")
+    shape, faces = _with_faces(source)
     size = occ.diagonal(shape)
     if not size > 0.0:
         raise GeometryError("a model of no extent", file=source.label)
@@ -78,6 +76,23 @@ def build_model(source: Source, check: bool = True) -> Model:
         notes=(*source.notes, *builder.notes),
         native=shape,
     )
+
+
+def _with_faces(source: Source) -> tuple[Any, occ.ShapeMap]:
+    """The shape and its faces; where it has none, those that its closed outlines bound."""
+    shape = source.shape
+    faces = occ.ShapeMap(shape, occ.FACE)
+    if not len(faces):
+        if not len(occ.ShapeMap(shape, occ.EDGE)):
+            raise InputError("no face in it", file=source.label, fix="give faces, solids or closed outlines")
+        try:
+            shape = faces_from_edges(shape)
+        except GeometryError as error:
+            raise GeometryError(
+                error.message, file=source.label, edge=error.edge, at=error.at, fix=error.fix
+            ) from error
+        faces = occ.ShapeMap(shape, occ.FACE)
+    return shape, faces
 
 
 class _Builder:

@@ -64,13 +64,25 @@ class EdgeTable:
         """Whether the edge is a mere point of its surface."""
         return bool(_degenerated(occ.as_edge(self.shapes[index])))
 
+    def forward(self, index: int) -> Any:
+        """The ``TopoDS_Edge``, run along its curve."""
+        return occ.as_edge(self.shapes[index].Oriented(Orientation.TopAbs_FORWARD))
+
+    def sample(self, index: int, count: int) -> Float:
+        """Points (count, 3) along the edge, equally spaced in its parameter, ends included."""
+        adaptor = BRepAdaptor_Curve(self.forward(index))
+        return np.array([
+            occ.xyz(adaptor.Value(float(t)))
+            for t in np.linspace(adaptor.FirstParameter(), adaptor.LastParameter(), count)
+        ])
+
     def __getitem__(self, index: int) -> CadEdge:
         if index not in self._edges:
             self._edges[index] = self._read(index)
         return self._edges[index]
 
     def _read(self, index: int) -> CadEdge:
-        edge = occ.as_edge(self.shapes[index].Oriented(Orientation.TopAbs_FORWARD))
+        edge = self.forward(index)
         tolerance = occ.tolerance(edge)
         numbers = []
         for vertex in (_first_vertex(edge), _last_vertex(edge)):

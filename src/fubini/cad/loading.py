@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
 import os
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -11,18 +13,45 @@ from fubini.errors import InputError
 from fubini.model import Model
 
 
-def load(source: Any, *, check: bool = True, gap: float | None = None) -> Model:
-    """The planar faces of a CAD source."""
+def load(
+    source: Any, *, groups: Mapping[str, Any] | None = None, gap: float | None = None, check: bool = True
+) -> Model:
+    """The planar faces of a CAD source, with their exact outlines and names.
+
+    Parameters
+    ----------
+    source : a path (.step, .stp, .brep, .brp, .iges, .igs, .dxf, .svg, .FCStd); a build123d object
+        (Face, Sketch, Part, Compound, ShapeList, builder context); a CadQuery object (Workplane,
+        Sketch, Shape, Assembly); a ``TopoDS_Shape``; or a list of live objects. Closed planar wires
+        without a face become faces.
+    groups : name to live faces, edges or wires, such as ``{"hole": face.inner_wires()}``; these names
+        come before those of the source.
+    gap : loose ends in drawings closer than this (model units) are joined.
+    check : look for outlines that cross or touch.
+
+    Raises ``InputError`` when the source cannot be read or has no planar face, ``GeometryError``
+    where an outline bounds no region, ``DependencyError`` when there is no CAD kernel.
+    """
+    found = read(source, gap=gap)
     from fubini.cad.build import build_model
 
-    return build_model(read(source, gap=gap), check)
+    if groups:
+        from fubini.cad.live import group_names
+
+        faces, edges = group_names(groups)
+        found = dataclasses.replace(
+            found, face_names=(*faces, *found.face_names), edge_names=(*edges, *found.edge_names)
+        )
+    return build_model(found, check)
 
 
 def read(source: Any, *, gap: float | None = None) -> Source:
     """The CAD shape and the names of a source, before any face is looked at."""
     if isinstance(source, str | os.PathLike):
         return _read_file(Path(source), ReadOptions(gap))
-    raise InputError(f"cannot load a {type(source).__name__}")
+    from fubini.cad.live import read_live
+
+    return read_live(source)
 
 
 def _read_file(path: Path, options: ReadOptions) -> Source:
