@@ -6,6 +6,7 @@ import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -150,12 +151,8 @@ class Loop:
 
 def with_ends(curve: Curve, start: ArrayLike, end: ArrayLike) -> Curve:
     """The same curve with its stored ends replaced by points a rounding or a CAD gap away."""
-    names = {f.name for f in dataclasses.fields(curve)}
-    if {"start", "end"} <= names:
-        return dataclasses.replace(curve, start=np.asarray(start, float), end=np.asarray(end, float))
-    poles = np.array(curve.poles, dtype=float)
-    poles[0], poles[-1] = start, end
-    return dataclasses.replace(curve, poles=poles)
+    ends = {"start": np.asarray(start, float), "end": np.asarray(end, float)}
+    return dataclasses.replace(cast(Any, curve), **ends)  # type: ignore[no-any-return]
 
 
 def _distance(a: ArrayLike, b: ArrayLike) -> float:
