@@ -174,11 +174,12 @@ def _slabs(pieces: list[_Piece], levels: Float, axis: int) -> list[list[tuple[in
 
 
 def _compare(pieces: list[_Piece], a: int, b: int) -> int:
-    """Order of two pieces that are too close to tell here: where, over their common range, they differ most."""
+    """Order of two pieces too close to tell apart here: taken where they differ most."""
     p, q = pieces[a], pieces[b]
     first, last = max(p.first, q.first), min(p.last, q.last)
-    gap = p.middles[first - p.first : last - p.first] - q.middles[first - q.first : last - q.first]
-    gap = np.concatenate([gap, p.values[[first - p.first, last - p.first]] - q.values[[first - q.first, last - q.first]]])
+    middles = p.middles[first - p.first : last - p.first] - q.middles[first - q.first : last - q.first]
+    ends = [p.at(level) - q.at(level) for level in (first, last)]
+    gap = np.concatenate([middles, ends])
     widest = float(gap[np.argmax(np.abs(gap))])
     if widest == 0.0:
         return int(q.lower) - int(p.lower)

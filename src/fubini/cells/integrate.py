@@ -20,10 +20,12 @@ from numpy.typing import NDArray
 
 from fubini.cells.cell import Cell
 from fubini.cells.decompose import decompose
+from fubini.errors import OptionError
 from fubini.quadrature import adaptive, gauss
 from fubini.region import Region
 
 Float = NDArray[np.float64]
+Int = NDArray[np.int64]
 
 #: Agreement (relative) at which a panel is no longer halved.
 _AGREEMENT = 1e-14
@@ -53,9 +55,14 @@ def integrate(
     if isinstance(domain, Region):
         cells: Sequence[Cell] = decompose(domain, "auto")
     else:
-        cells = (domain,) if isinstance(domain, Cell) else domain
-    scalar = np.asarray(f(np.zeros((1, 2)))).ndim == 1
-    total = np.sum([_over_cell(cell, f, order) for cell in cells], axis=0)
+        cells = (domain,) if isinstance(domain, Cell) else tuple(domain)
+        if len({cell.kind for cell in cells}) > 1:
+            return sum(integrate([c for c in cells if c.kind == kind], f, order) for kind in ("I1", "I2"))
+    if not len(cells):
+        raise OptionError("nothing to integrate over: no cells")
+    middle = np.array([0.5 * (cells[0].a + cells[0].b)])
+    scalar = np.asarray(f(cells[0].place(middle, cells[0].r(middle)))).ndim == 1
+    total = _over_cells(cells, f, order)
     return float(total[0]) if scalar else total
 
 
@@ -65,20 +72,35 @@ def panels(cell: Cell) -> Float:
     return x[(x >= cell.a) & (x <= cell.b)]
 
 
-def _over_cell(cell: Cell, f: Callable[[Float], Any], order: int) -> Float:
-    """Integrals (m,) over one cell; the panels are laid end to end on w = 0, 1, 2, ..."""
-    x = panels(cell)
+def _over_cells(cells: Sequence[Cell], f: Callable[[Float], Any], order: int) -> Float:
+    """Integrals (m,) over all cells; their panels are laid end to end on w = 0, 1, 2, ..."""
+    breaks = [panels(cell) for cell in cells]
+    owner = np.repeat(np.arange(len(cells)), [len(x) - 1 for x in breaks])
+    low = np.concatenate([x[:-1] for x in breaks])
+    width = np.concatenate([np.diff(x) for x in breaks])
     nodes, weights = gauss(order)
 
     def outer_integrand(w: Float) -> Float:
-        k = np.clip(w.astype(np.int64), 0, len(x) - 2)
-        width, phase = x[k + 1] - x[k], math.pi * (w - k)
-        outer = x[k] + width * np.sin(0.5 * phase) ** 2
-        r, s = cell.r(outer), cell.s(outer)
-        inner = r[:, None] + (s - r)[:, None] * nodes
-        points = cell.place(np.repeat(outer, order), inner.ravel())
+        k = np.clip(w.astype(np.int64), 0, len(owner) - 1)
+        phase = math.pi * (w - k)
+        outer = low[k] + width[k] * np.sin(0.5 * phase) ** 2
+        points, height = _columns(cells, owner[k], outer, nodes)
         values = np.asarray(f(points), np.float64).reshape(len(w), order, -1)
-        jacobian = (s - r) * width * 0.5 * math.pi * np.sin(phase)
+        jacobian = height * width[k] * 0.5 * math.pi * np.sin(phase)
         return np.einsum("nkm,k,n->nm", values, weights, jacobian)
 
-    return adaptive(outer_integrand, np.arange(len(x), dtype=float), _AGREEMENT)
+    return adaptive(outer_integrand, np.arange(len(owner) + 1, dtype=float), _AGREEMENT)
+
+
+def _columns(cells: Sequence[Cell], owner: Int, outer: Float, nodes: Float) -> tuple[Float, Float]:
+    """Points (n k, 2) at the Gauss nodes (k,) across the cells at ``outer`` (n,), and the heights (n,)."""
+    inner = np.empty((len(outer), len(nodes)))
+    height = np.empty(len(outer))
+    order = np.argsort(owner, kind="stable")
+    stops = np.searchsorted(owner[order], np.arange(len(cells) + 1))
+    for i in np.unique(owner):
+        mine = order[stops[i] : stops[i + 1]]
+        r, s = cells[i].r(outer[mine]), cells[i].s(outer[mine])
+        height[mine] = s - r
+        inner[mine] = r[:, None] + (s - r)[:, None] * nodes
+    return cells[0].place(np.repeat(outer, len(nodes)), inner.ravel()), height

@@ -130,7 +130,8 @@ def _strip(parts: Parts, part: Int, t0: Float, t1: Float) -> _Strip:
     chord = points[:, 4] - points[:, 0]
     length = np.maximum(np.hypot(chord[:, 0], chord[:, 1]), np.finfo(float).tiny)
     inner = points[:, 1:4] - points[:, :1]
-    height = np.abs(inner[..., 0] * chord[:, None, 1] - inner[..., 1] * chord[:, None, 0]).max(axis=1) / length
+    cross = inner[..., 0] * chord[:, None, 1] - inner[..., 1] * chord[:, None, 0]
+    height = np.abs(cross).max(axis=1) / length
     height[parts.straight[part]] = 0.0
     return _Strip(points, chord, height)
 
@@ -157,8 +158,10 @@ def _apart(a: _Strip, b: _Strip, slack: float) -> Bool:
 def _only_joint(parts: Parts, pairs: _Pairs, a: _Strip, b: _Strip, short: float) -> Bool:
     """Whether the pieces share the joint of their parts and lie in different sectors around it."""
     done = np.zeros(len(pairs), dtype=bool)
-    ahead = (parts.following[pairs.a] == pairs.b) & (pairs.a1 == parts.t1[pairs.a]) & (pairs.b0 == parts.t0[pairs.b])
-    behind = (parts.following[pairs.b] == pairs.a) & (pairs.b1 == parts.t1[pairs.b]) & (pairs.a0 == parts.t0[pairs.a])
+    starts_a, ends_a = pairs.a0 == parts.t0[pairs.a], pairs.a1 == parts.t1[pairs.a]
+    starts_b, ends_b = pairs.b0 == parts.t0[pairs.b], pairs.b1 == parts.t1[pairs.b]
+    ahead = (parts.following[pairs.a] == pairs.b) & ends_a & starts_b
+    behind = (parts.following[pairs.b] == pairs.a) & ends_b & starts_a
     for joint, sign in ((ahead & ~behind, 1.0), (behind & ~ahead, -1.0)):
         u, v = -sign * a.chord, sign * b.chord
         between = np.abs(np.arctan2(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0], (u * v).sum(axis=1)))
@@ -172,7 +175,7 @@ def _swing(strip: _Strip) -> Float:
 
 
 def _meets(a: _Strip, b: _Strip, tolerance: float) -> tuple[Bool, Bool]:
-    """Which pairs meet for certain (sampled points within ``tolerance``, or a clean crossing); which cross."""
+    """Which pairs meet for certain (sampled points within ``tolerance``, or a crossing); which cross."""
     p, d, q, e = a.points[:, 0], a.chord, b.points[:, 0], b.chord
     cross = d[:, 0] * e[:, 1] - d[:, 1] * e[:, 0]
     between = np.abs(np.arctan2(cross, (d * e).sum(axis=1)))
@@ -204,7 +207,9 @@ def _point_distance(a: _Strip, b: _Strip) -> Float:
     return best
 
 
-def _contacts(parts: Parts, pairs: _Pairs, a: _Strip, b: _Strip, meets: Bool, crossing: Bool) -> list[Contact]:
+def _contacts(
+    parts: Parts, pairs: _Pairs, a: _Strip, b: _Strip, meets: Bool, crossing: Bool
+) -> list[Contact]:
     """The first meeting row of every pair of parts, as contacts."""
     rows = np.flatnonzero(meets)
     key = pairs.a[rows] * np.int64(len(parts)) + pairs.b[rows]
@@ -262,7 +267,7 @@ def _thin_out(parts: Parts, pairs: _Pairs, tolerance: float) -> tuple[_Pairs, li
 
 def _neighbours(parts: Parts, a: Int, b: Int, reach: float) -> Bool:
     """Which parts (a, b) follow each other on one loop, tiny edges between them aside."""
-    length = parts.total[parts.loop[a] * 0 + a]
+    length = parts.total[a]
     end_a, end_b = _end(parts, a), _end(parts, b)
     ahead = np.mod(parts.start[b] - end_a, length)
     behind = np.mod(parts.start[a] - end_b, length)
@@ -303,6 +308,6 @@ def _width(parts: Parts, contact: Contact) -> float:
     """Largest distance from the second curve of the stretch of the first between contact and joint."""
     curve = parts.curves[parts.curve[contact.a]]
     other = parts.curves[parts.curve[contact.b]]
-    to_end = np.hypot(*(np.asarray(curve.end) - contact.place)) < np.hypot(*(np.asarray(curve.start) - contact.place))
-    t = np.linspace(contact.ta, 1.0 if to_end else 0.0, 9)
+    to_start, to_end = (float(np.hypot(*(end - contact.place))) for end in (curve.start, curve.end))
+    t = np.linspace(contact.ta, 1.0 if to_end < to_start else 0.0, 9)
     return float(other.closest(np.asarray(curve.point(t), float))[1].max())

@@ -53,7 +53,7 @@ class Loop:
                 raise GeometryError(
                     f"the loop is open by {_distance(curve.end, following.start):.3g} after curve {i}",
                     edge=edges[i],
-                    at=curve.end,
+                    at=curve.end.tolist(),
                     fix="use Loop.closed with a tolerance, or close the outline",
                 )
 
@@ -81,7 +81,7 @@ class Loop:
                 raise GeometryError(
                     f"the outline is open: gap of {gap:.6g} between two edges, wider than {tolerance:.3g}",
                     edge=numbers[i],
-                    at=chain[i].end,
+                    at=chain[i].end.tolist(),
                     fix="close the gap, or load with a larger gap tolerance",
                 )
             if not np.array_equal(chain[i].end, chain[j].start):
@@ -152,7 +152,7 @@ class Loop:
 def with_ends(curve: Curve, start: ArrayLike, end: ArrayLike) -> Curve:
     """The same curve with its stored ends replaced by points a rounding or a CAD gap away."""
     ends = {"start": np.asarray(start, float), "end": np.asarray(end, float)}
-    return dataclasses.replace(cast(Any, curve), **ends)  # type: ignore[no-any-return]
+    return cast(Curve, dataclasses.replace(cast(Any, curve), **ends))
 
 
 def _distance(a: ArrayLike, b: ArrayLike) -> float:

@@ -76,18 +76,17 @@ def cut(loops: Sequence[Loop]) -> Parts:
             p = np.asarray(curve.point(t), float)
             for j in range(len(t) - 1):
                 length = _length(curve, t[j], t[j + 1], p[j], p[j + 1])
-                rows.append((k, len(curves), i, t[j], t[j + 1], p[j], p[j + 1], isinstance(curve, Line), length))
+                straight = isinstance(curve, Line)
+                rows.append((k, len(curves), i, t[j], t[j + 1], p[j], p[j + 1], straight, length))
             curves.append(curve)
         following += [*range(first + 1, len(rows)), first]
-    owner, number, index, t0, t1, p0, p1, straight, length = (np.array(c) for c in zip(*rows, strict=True))
-    start, total = np.empty(len(rows)), np.empty(len(rows))
+    owner, number, index, t0, t1, p0, p1, flat, lengths = (np.array(c) for c in zip(*rows, strict=True))
+    begin, total = np.empty(len(rows)), np.empty(len(rows))
     for k in range(len(loops)):
         mine = owner == k
-        start[mine] = np.cumsum(length[mine]) - length[mine]
-        total[mine] = length[mine].sum()
-    return Parts(
-        tuple(curves), owner, number, index, t0, t1, p0, p1, straight, np.array(following), start, total
-    )
+        begin[mine] = np.cumsum(lengths[mine]) - lengths[mine]
+        total[mine] = lengths[mine].sum()
+    return Parts(tuple(curves), owner, number, index, t0, t1, p0, p1, flat, np.array(following), begin, total)
 
 
 def close_pairs(parts: Parts, tolerance: float) -> Iterator[tuple[Int, Int]]:

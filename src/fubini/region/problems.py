@@ -41,7 +41,7 @@ class Problem:
 
 
 def find_problems(loops: Sequence[Loop], tolerance: float) -> tuple[Problem, ...]:
-    """All faults of loops (the outer one first, then the holes), contacts closer than ``tolerance`` included."""
+    """All faults of loops (the outer one first, then the holes); parts closer than ``tolerance`` touch."""
     parts = cut(loops)
     diagonal = float(np.hypot(*(parts.high.max(axis=0) - parts.low.min(axis=0))))
     found: list[Problem] = []
@@ -80,10 +80,7 @@ def _contact_problem(loops: Sequence[Loop], parts: Parts, contact: Contact, tole
     curves = tuple(int(parts.index[r]) for r in rows)
     edges = tuple(loops[k].edges[i] for k, i in zip(owners, curves, strict=True))
     same = owners[0] == owners[1]
-    at_vertices = all(
-        min(np.hypot(*(p - contact.place)) for p in (curve.start, curve.end)) <= 4.0 * tolerance
-        for curve in (parts.curves[parts.curve[r]] for r in rows)
-    )
+    at_vertices = all(_near_end(parts, r, contact.place, 4.0 * tolerance) for r in rows)
     if contact.crossing:
         kind = "self-crossing" if same else "crossing loops"
     elif not same:
@@ -95,6 +92,11 @@ def _contact_problem(loops: Sequence[Loop], parts: Parts, contact: Contact, tole
     message = f"{kind}: edges {edges[0]} and {edges[1]} of {which} {verb}"
     fix = "mend the outline in the CAD model" if same else "keep the outlines apart, or fuse them"
     return Problem(kind, message, _place(contact.place), owners, curves, edges, fix)
+
+
+def _near_end(parts: Parts, row: int, place: Float, reach: float) -> bool:
+    curve = parts.curves[parts.curve[row]]
+    return min(float(np.hypot(*(end - place))) for end in (curve.start, curve.end)) <= reach
 
 
 def _misplaced(loops: Sequence[Loop]) -> list[Problem]:
