@@ -81,7 +81,25 @@ def kernel(function: Callable[..., Any]) -> Any:
     Integer arguments are always int64 inside: numba by itself compiles a function again for every width and
     for every constant that it is called with.
     """
-    compiled = numba.njit(nogil=True, error_model="numpy")(function)
+    compiled = _compile(function)
+    try:
+        cache_folder().mkdir(parents=True, exist_ok=True)
+        compiled._cache = _Cache(function)
+    except OSError:  # no writable folder: compile in every process
+        pass
+    return compiled
+
+
+def inner(function: Callable[..., Any]) -> Any:
+    """As ``kernel``, for functions that only other kernels call.
+
+    Nothing is made for calls from Python, nor kept on disk: the code of the caller contains it.
+    """
+    return _compile(function, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+
+
+def _compile(function: Callable[..., Any], **options: bool) -> Any:
+    compiled = numba.njit(nogil=True, error_model="numpy", **options)(function)
     compile_for = compiled.compile
 
     def compile_plain(signature: Any) -> Any:
@@ -89,9 +107,4 @@ def kernel(function: Callable[..., Any]) -> Any:
         return compile_for(tuple(_plain(a) for a in arguments))
 
     compiled.compile = compile_plain
-    try:
-        cache_folder().mkdir(parents=True, exist_ok=True)
-        compiled._cache = _Cache(function)
-    except OSError:  # no writable folder: compile in every process
-        pass
     return compiled

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 
-from fubini._jit import kernel
+from fubini._jit import inner
 from fubini.optimise._kernels_quality import cost_of, ear_cost, is_flawed, quality, triangle_cost
 from fubini.optimise._kernels_state import (
     FREED,
@@ -33,7 +33,7 @@ from fubini.tracks._kernels import evaluate_one
 PROGRAMME, POINT, EITHER = 1, 2, 3
 
 
-@kernel
+@inner
 def local(S, t, v):
     """Local number of node v in triangle t."""
     if S.tri[t, 0] == v:
@@ -41,7 +41,7 @@ def local(S, t, v):
     return 1 if S.tri[t, 1] == v else 2
 
 
-@kernel
+@inner
 def star(S, W, v):
     """Triangles around node v, counter-clockwise, into W.fan and the nodes around it into W.ring.
 
@@ -82,7 +82,7 @@ def star(S, W, v):
     return k, closed
 
 
-@kernel
+@inner
 def loose_edges(S, W, m):
     """Edges of the cavity's border into W.ea (start), W.eb (end), W.ec (what lies across); their number."""
     S.counts[STAMP] += 1
@@ -105,7 +105,7 @@ def loose_edges(S, W, m):
     return n
 
 
-@kernel
+@inner
 def chain_edges(W, n):
     """Order the loose edges into the polygon W.poly, W.code; False when it is not one simple loop."""
     at = 0
@@ -125,7 +125,7 @@ def chain_edges(W, n):
     return at == 0
 
 
-@kernel
+@inner
 def inner_nodes(S, W, m, k):
     """Nodes inside the cavity into W.inner; their number, or -1 when one of them must stay."""
     if k == m + 2:
@@ -148,7 +148,7 @@ def inner_nodes(S, W, m, k):
     return n
 
 
-@kernel
+@inner
 def place_polygon(S, W, k):
     """Coordinates of the polygon relative to its first node, and its unavoidable corners."""
     ox, oy = S.points[W.poly[0], 0], S.points[W.poly[0], 1]
@@ -160,7 +160,7 @@ def place_polygon(S, W, k):
         W.ear[z] = 1 if S.sharp[v] == 1 and W.code[z] < 0 and before < 0 else 0
 
 
-@kernel
+@inner
 def corner_cost(S, W, k, a, b, c):
     """Cost of the triangle of polygon corners a < b < c."""
     px, py = W.px, W.py
@@ -173,7 +173,7 @@ def corner_cost(S, W, k, a, b, c):
     return cost_of(quality(px[a], py[a], px[b], py[b], px[c], py[c], S.rule), S.rule)
 
 
-@kernel
+@inner
 def programme(S, W, k, bound):
     """Cost of the best triangulation of the polygon with no new point, by dynamic programming.
 
@@ -197,7 +197,7 @@ def programme(S, W, k, bound):
     return best[0, k - 1]
 
 
-@kernel
+@inner
 def read_programme(W, k):
     """Write the triangles of the last programme into W.fill; their number."""
     n, top = 0, 1
@@ -216,7 +216,7 @@ def read_programme(W, k):
     return n
 
 
-@kernel
+@inner
 def lowest(rx, ry, k, closed, x, y, rule, floor):
     """Smallest f of the triangles from (x, y) to the ring's edges; stops early at or below ``floor``."""
     low = 2.0
@@ -230,7 +230,7 @@ def lowest(rx, ry, k, closed, x, y, rule, floor):
     return low
 
 
-@kernel
+@inner
 def star_cost(rx, ry, k, x, y, rule):
     """Cost of the closed star from (x, y)."""
     total = 0.0
@@ -240,7 +240,7 @@ def star_cost(rx, ry, k, x, y, rule):
     return total
 
 
-@kernel
+@inner
 def climb(rx, ry, k, x, y, step, goal, rule):
     """Raise the lowest f of the closed star from (x, y) by compass search; (x, y, lowest f)."""
     low = lowest(rx, ry, k, True, x, y, rule, -9.0)
@@ -262,7 +262,7 @@ def climb(rx, ry, k, x, y, step, goal, rule):
     return x, y, low
 
 
-@kernel
+@inner
 def best_point(rx, ry, k, goal, rule):
     """Point of large lowest f for a star over the whole ring: (x, y, lowest f).
 
@@ -285,7 +285,7 @@ def best_point(rx, ry, k, goal, rule):
     return climb(rx, ry, k, cx, cy, 0.25 * length / k, goal, rule)
 
 
-@kernel
+@inner
 def segment_middle(S, s, a, b, share):
     """Parameter and point on segment s (nodes a, b) that splits its chord lengths as share : 1 - share."""
     t0, t1 = S.t[s, 0], S.t[s, 1]
@@ -312,7 +312,7 @@ def segment_middle(S, s, a, b, share):
     return t, x, y
 
 
-@kernel
+@inner
 def split_edge(S, W, k, a, s, share):
     """Edit the polygon: a new corner on segment s, whose edge starts at node a. (k, corner, t) or corner -1."""
     at = -1
@@ -332,7 +332,7 @@ def split_edge(S, W, k, a, s, share):
     return k + 1, c, t
 
 
-@kernel
+@inner
 def may_merge(S, a, v, b, s, r):
     """Whether node v between segments s = (a, v) and r = (v, b) may go."""
     if S.kind[v] != 1 or S.mode[s] != 0 or S.mode[r] != 0 or S.track[s] < 0 or S.track[s] != S.track[r]:
@@ -348,7 +348,7 @@ def may_merge(S, a, v, b, s, r):
     return sag <= max(1e-9 * length, S.rule[SAG] * length)
 
 
-@kernel
+@inner
 def drop_corner(S, W, k, v):
     """Edit the polygon: boundary node v goes. (k, s, r) with its segments before and after, or s = -1."""
     at = -1
@@ -370,7 +370,7 @@ def drop_corner(S, W, k, v):
     return k, s, r
 
 
-@kernel
+@inner
 def new_node(S, x, y, kind, size):
     """Append a node; its number."""
     v = S.counts[NODES]
@@ -380,7 +380,7 @@ def new_node(S, x, y, kind, size):
     return v
 
 
-@kernel
+@inner
 def split_segment(S, s, v, t):
     """Cut segment s at node v of parameter t; the number of the second half."""
     r = S.counts[SEGMENTS]
@@ -392,7 +392,7 @@ def split_segment(S, s, v, t):
     return r
 
 
-@kernel
+@inner
 def take_triangle(S, W, m, a):
     """Number for the a-th new triangle: of the cavity, of those removed, or a new one."""
     if a < m:
@@ -405,7 +405,7 @@ def take_triangle(S, W, m, a):
     return t
 
 
-@kernel
+@inner
 def link(S, W, k, n):
     """Neighbours of the n new triangles W.fan with local corners W.fill over a polygon of k corners."""
     for a in range(n):
@@ -426,7 +426,7 @@ def link(S, W, k, n):
                         S.nbr[t, i] = W.fan[b]
 
 
-@kernel
+@inner
 def commit(S, W, m, k, n, inner):
     """Put the n triangles W.fill over polygon W.poly (k corners, then new points) for the m of the cavity."""
     for z in range(inner):
@@ -448,7 +448,7 @@ def commit(S, W, m, k, n, inner):
         enqueue(S, W.fan[a])
 
 
-@kernel
+@inner
 def enqueue(S, t):
     """Note triangle t for another look when it is flawed."""
     if S.counts[QUEUED] < S.queue.shape[0] and is_flawed(S, t):
@@ -456,7 +456,7 @@ def enqueue(S, t):
         S.counts[QUEUED] += 1
 
 
-@kernel
+@inner
 def longest_diagonal(S, W, k, n):
     """Longest new edge over the size wanted at its ends, of the n triangles W.fill."""
     worst = 0.0
@@ -471,7 +471,7 @@ def longest_diagonal(S, W, k, n):
     return worst
 
 
-@kernel
+@inner
 def choose_fill(S, W, k, mode, bound):
     """Cheapest fill below cost ``bound`` into W.fill: (cost, triangles, x, y); triangles 0 when there is none.
 
@@ -497,7 +497,7 @@ def choose_fill(S, W, k, mode, bound):
     return cost, n, x, y
 
 
-@kernel
+@inner
 def replace(S, W, m, mode, fall, split_at, segment, share, dropped):
     """Refill the cavity W.cavity[:m] when its cost falls by more than ``fall``; (done, star used).
 
@@ -538,7 +538,7 @@ def replace(S, W, m, mode, fall, split_at, segment, share, dropped):
     return True, n == k
 
 
-@kernel
+@inner
 def apply_edits(S, W, k, corner, segment, t, ox, oy, size, s, r, dropped):
     """Make the split (corner >= 0) and the merge (dropped >= 0) real."""
     if corner >= 0:

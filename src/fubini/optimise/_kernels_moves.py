@@ -1,10 +1,14 @@
-"""The moves: which cavities are tried around a flawed triangle, cheap ones before dear ones."""
+"""The moves: which cavities are tried around a flawed triangle, cheap ones before dear ones.
+
+Every possible move on a triangle has a number; ``propose`` fills in the job of a number, ``perform`` does it
+where the cost falls. One place performs all, so that the primitive is compiled into the loop once.
+"""
 
 from __future__ import annotations
 
-from fubini._jit import kernel
-from fubini.optimise._kernels_cavity import EITHER, PROGRAMME, replace, star
-from fubini.optimise._kernels_relocate import shift, soften
+from fubini._jit import inner
+from fubini.optimise._kernels_cavity import EITHER, PROGRAMME, local, replace, star
+from fubini.optimise._kernels_relocate import shift
 from fubini.optimise._kernels_state import (
     ATTEMPTS,
     COLLAPSE,
@@ -18,26 +22,29 @@ from fubini.optimise._kernels_state import (
 
 #: neighbours that join a triangle in a cavity, as bits of its edges; larger cavities first
 MASKS = (7, 3, 5, 6, 1, 2, 4, 0)
+#: where a boundary edge is split
+SHARES = (0.5, 0.38, 0.62)
+#: first number of each class of moves: flips, shifts, deletions, insertions, splits, collapses, wide cavities,
+#: splits beside, shifts of the ring; and the end
+CLASSES = (0, 3, 6, 9, 17, 89, 92, 128, 200, 272)
+#: end of the moves of levels 0, 1, 2
+LEVELS = (6, 89, 272)
+WIDEST = 12
+RING = 24
+
+# entries of W.job: what to do, and with what
+NOTHING, REPLACE, SHIFT = 0, 1, 2
+WHAT, SIZE, FILLS, START, SEGMENT, SHARE, DROPPED, MOVE, NODE = range(9)
 
 
-@kernel
-def refill(S, W, m, mode, fall, split_at, segment, share, dropped, move):
-    """``replace`` with its books: counts the attempt, and the move when it is made."""
-    S.counts[ATTEMPTS] += 1
-    done, starred = replace(S, W, m, mode, fall, split_at, segment, share, dropped)
-    if done:
-        S.counts[INSERTION if starred and move == FLIP else move] += 1
-    return done
-
-
-@kernel
+@inner
 def around(S, W, t, mask):
     """Cavity of triangle t and its neighbours across the edges of ``mask``; its size, or 0 at the boundary."""
     W.cavity[0] = t
     m = 1
     for i in range(3):
         if mask & (1 << i):
-            u = int(S.nbr[t, i])
+            u = S.nbr[t, i]
             if u < 0:
                 return 0
             W.cavity[m] = u
@@ -45,181 +52,161 @@ def around(S, W, t, mask):
     return m
 
 
-@kernel
+@inner
 def join_star(S, W, m, v):
-    """Add the triangles around node v to the cavity of m triangles; the new size, or -1."""
+    """Add the triangles around node v to the cavity of m triangles; the new size, or 0 when it is too large."""
     k, closed = star(S, W, v)
     if k < 0:
-        return -1
+        return 0
     for q in range(k):
         known = False
         for z in range(m):
             known = known or W.cavity[z] == W.fan[q]
         if not known:
             if m >= LIMIT - 6:
-                return -1
+                return 0
             W.cavity[m] = W.fan[q]
             m += 1
     return m
 
 
-@kernel
-def try_flips(S, W, t, fall):
-    """Flip one of the edges of t."""
-    for i in range(3):
-        m = around(S, W, t, 1 << i)
-        if m > 0 and refill(S, W, m, PROGRAMME, fall, -1, -1, 0.5, -1, FLIP):
-            return True
-    return False
+@inner
+def job(W, m, fills, move):
+    """Note that a cavity of m triangles is to be refilled, if m > 0."""
+    W.job[WHAT] = REPLACE if m > 0 else NOTHING
+    W.job[SIZE], W.job[FILLS], W.job[MOVE] = m, fills, move
+    W.job[START] = W.job[SEGMENT] = W.job[DROPPED] = -1
+    W.job[SHARE] = 0
 
 
-@kernel
-def try_shifts(S, W, t, fall):
-    """Relocate or slide one of the nodes of t."""
-    for i in range(3):
-        if shift(S, W, int(S.tri[t, i]), fall):
-            return True
-    return False
+@inner
+def propose_split(S, W, t, c, beside):
+    """Split a boundary edge of t: 24 numbers an edge; ``beside``: bits of neighbours that join in any case."""
+    i, rest = c // 24, c % 24
+    mask, share = MASKS[rest // 3], rest % 3
+    job(W, 0, EITHER, SPLIT)
+    s = -1 - S.nbr[t, i]
+    if s < 0 or S.mode[s] > 1 or mask & (1 << i) or mask & beside:
+        return
+    job(W, around(S, W, t, mask | beside), EITHER, SPLIT)
+    W.job[START], W.job[SEGMENT], W.job[SHARE] = S.tri[t, (i + 1) % 3], s, share
 
 
-@kernel
-def try_deletions(S, W, t, fall):
-    """Delete an interior node of t, or remove a boundary node and merge its segments."""
-    for i in range(3):
-        v = int(S.tri[t, i])
+@inner
+def propose_wide(S, W, t, c):
+    """The star of an interior node of t with one more triangle outside it: WIDEST numbers a node."""
+    v = S.tri[t, c // WIDEST]
+    job(W, 0, EITHER, COLLAPSE)
+    if S.kind[v] != 0:
+        return
+    m = join_star(S, W, 0, v)
+    if c % WIDEST >= m or m > WIDEST:
+        return
+    inside = W.cavity[c % WIDEST]
+    u = S.nbr[inside, local(S, inside, v)]
+    if u >= 0:
+        W.cavity[m] = u
+        job(W, m + 1, EITHER, COLLAPSE)
+
+
+@inner
+def propose_split_beside(S, W, t, c):
+    """Split a boundary edge of a neighbour of t, t in the cavity: 24 numbers a neighbour."""
+    i, rest = c // 24, c % 24
+    u = S.nbr[t, i]
+    job(W, 0, EITHER, SPLIT)
+    if u < 0:
+        return
+    for j in range(3):
+        if S.nbr[u, j] == t:
+            edge = (j + 1 + rest // 12) % 3
+            propose_split(S, W, u, 24 * edge + 2 * (rest % 12), 1 << j)
+
+
+@inner
+def propose_ring(S, W, t, c):
+    """Shift a node of the ring around a node of t: RING numbers a node."""
+    W.job[WHAT] = NOTHING
+    v = S.tri[t, c // RING]
+    if S.kind[v] > 1:
+        return
+    k, closed = star(S, W, v)
+    if c % RING < (k if closed else k + 1):
+        W.job[WHAT], W.job[NODE] = SHIFT, W.ring[c % RING]
+
+
+@inner
+def propose_near(S, W, t, c):
+    """The moves of levels 0 and 1 but splits."""
+    if c < CLASSES[1]:
+        job(W, around(S, W, t, 1 << c), PROGRAMME, FLIP)
+    elif c < CLASSES[2]:
+        W.job[WHAT], W.job[NODE] = SHIFT, S.tri[t, c - CLASSES[1]]
+    elif c < CLASSES[3]:
+        v = S.tri[t, c - CLASSES[2]]
         kind = S.kind[v]
-        if kind == 0:
-            m = join_star(S, W, 0, v)
-            if m > 0 and refill(S, W, m, PROGRAMME, fall, -1, -1, 0.5, -1, DELETION):
-                return True
-        elif kind == 1:
-            m = join_star(S, W, 0, v)
-            if m > 0 and refill(S, W, m, EITHER, fall, -1, -1, 0.5, v, REMOVAL):
-                return True
-    return False
+        m = join_star(S, W, 0, v) if kind <= 1 else 0
+        job(W, m, PROGRAMME if kind == 0 else EITHER, DELETION if kind == 0 else REMOVAL)
+        if kind == 1:
+            W.job[DROPPED] = v
+    else:
+        job(W, around(S, W, t, MASKS[c - CLASSES[3]]), EITHER, FLIP)
 
 
-@kernel
-def try_insertions(S, W, t, fall):
-    """Refill t and some of its neighbours, with or without a new node."""
-    for mask in MASKS:
-        m = around(S, W, t, mask)
-        if m > 0 and refill(S, W, m, EITHER, fall, -1, -1, 0.5, -1, FLIP):
-            return True
-    return False
+@inner
+def propose(S, W, t, c):
+    """Fill W.job with move number c on triangle t; WHAT is NOTHING where there is no such move."""
+    if c < CLASSES[4]:
+        propose_near(S, W, t, c)
+    elif c < CLASSES[5]:
+        propose_split(S, W, t, c - CLASSES[4], 0)
+    elif c < CLASSES[6]:
+        a, b = S.tri[t, c - CLASSES[5]], S.tri[t, (c - CLASSES[5] + 1) % 3]
+        m = join_star(S, W, 0, a) if S.kind[a] == 0 and S.kind[b] == 0 else 0
+        job(W, join_star(S, W, m, b) if m > 0 else 0, EITHER, COLLAPSE)
+    elif c < CLASSES[7]:
+        propose_wide(S, W, t, c - CLASSES[6])
+    elif c < CLASSES[8]:
+        propose_split_beside(S, W, t, c - CLASSES[7])
+    else:
+        propose_ring(S, W, t, c - CLASSES[8])
 
 
-@kernel
-def try_splits(S, W, t, beside, fall):
-    """Split a boundary edge of t, with or without a new node inside; ``beside``: bit of a neighbour that joins."""
-    for i in range(3):
-        s = int(-1 - S.nbr[t, i])
-        if s < 0 or S.mode[s] > 1:
-            continue
-        a = int(S.tri[t, (i + 1) % 3])
-        for mask in MASKS:
-            if mask & (1 << i):
-                continue
-            for third in range(3):
-                m = around(S, W, t, mask | beside)
-                share = 0.5 if third == 0 else (0.38 if third == 1 else 0.62)
-                if m > 0 and refill(S, W, m, EITHER, fall, a, s, share, -1, SPLIT):
-                    return True
-    return False
+@inner
+def perform(S, W, fall):
+    """Do the job where it lowers the cost by more than ``fall``; whether it was done."""
+    if W.job[WHAT] == SHIFT:
+        return shift(S, W, W.job[NODE], fall, False)
+    S.counts[ATTEMPTS] += 1
+    share = SHARES[W.job[SHARE]]
+    done, starred = replace(
+        S, W, W.job[SIZE], W.job[FILLS], fall, W.job[START], W.job[SEGMENT], share, W.job[DROPPED]
+    )
+    if done:
+        S.counts[INSERTION if starred and W.job[MOVE] == FLIP else W.job[MOVE]] += 1
+    return done
 
 
-@kernel
-def try_collapses(S, W, t, fall):
-    """Join two interior nodes of t into one."""
-    for i in range(3):
-        a, b = int(S.tri[t, i]), int(S.tri[t, (i + 1) % 3])
-        if S.kind[a] == 0 and S.kind[b] == 0:
-            m = join_star(S, W, 0, a)
-            if m > 0:
-                m = join_star(S, W, m, b)
-            if m > 0 and refill(S, W, m, EITHER, fall, -1, -1, 0.5, -1, COLLAPSE):
-                return True
-    return False
+@inner
+def mend(S, W, t, first, last, fall):
+    """Do the first of the moves ``first <= c < last`` on triangle t that lowers the cost by more than ``fall``.
 
-
-@kernel
-def try_wide(S, W, t, fall):
-    """The star of an interior node of t with one more triangle outside it."""
-    for i in range(3):
-        v = int(S.tri[t, i])
-        if S.kind[v] != 0:
-            continue
-        k, closed = star(S, W, v)
-        if k > 12:
-            continue
-        for z in range(k):
-            m = join_star(S, W, 0, v)
-            inside = W.cavity[z]
-            for j in range(3):
-                if S.tri[inside, j] == v and S.nbr[inside, j] >= 0:
-                    W.cavity[m] = S.nbr[inside, j]
-                    m += 1
-            if m > k and refill(S, W, m, EITHER, fall, -1, -1, 0.5, -1, COLLAPSE):
-                return True
-    return False
-
-
-@kernel
-def try_splits_beside(S, W, t, fall):
-    """Split a boundary edge of a neighbour of t, t in the cavity."""
-    for i in range(3):
-        u = int(S.nbr[t, i])
-        if u < 0:
-            continue
-        for j in range(3):
-            if S.nbr[u, j] == t and try_splits(S, W, u, 1 << j, fall):
-                return True
-    return False
-
-
-@kernel
-def try_ring(S, W, t, fall):
-    """Shift a node of the ring around a node of t."""
-    for i in range(3):
-        v = int(S.tri[t, i])
-        if S.kind[v] > 1:
-            continue
-        k, closed = star(S, W, v)
-        n = k if closed else k + 1
-        for z in range(max(n, 0)):
-            W.nodes[z] = W.ring[z]
-        for z in range(max(n, 0)):
-            if shift(S, W, W.nodes[z], fall):
-                return True
-    return False
-
-
-@kernel
-def mend(S, W, t, level, fall):
-    """Try the moves on triangle t, the first that lowers the cost by ``fall`` is made; whether one was.
-
-    Level 0: flips and shifts; 1: insertion, deletion, the boundary; 2: wider cavities. (The paper relocates, inserts,
-    deletes, then turns to the boundary; flips come first here because they are the cheapest.)
+    Level 0 holds flips and shifts; 1: deletion, insertion, the boundary; 2: wider cavities. (The paper relocates,
+    inserts, deletes, then turns to the boundary; flips come first here because they are the cheapest.)
     """
-    if try_flips(S, W, t, fall) or try_shifts(S, W, t, fall):
-        return True
-    if level >= 1:
-        if try_deletions(S, W, t, fall) or try_insertions(S, W, t, fall) or try_splits(S, W, t, 0, fall):
+    for c in range(first, last):
+        propose(S, W, t, c)
+        if W.job[WHAT] != NOTHING and perform(S, W, fall):
             return True
-    if level >= 2:
-        if try_collapses(S, W, t, fall) or try_wide(S, W, t, fall) or try_splits_beside(S, W, t, fall):
-            return True
-        return try_ring(S, W, t, fall)
     return False
 
 
-@kernel
+@inner
 def patch_nodes(S, W, t, depth):
     """Nodes within ``depth`` rings of triangle t into W.nodes; their number. Rings are not walked at corners."""
-    n = 0
+    n = 3
     for i in range(3):
-        W.nodes[n] = S.tri[t, i]
-        n += 1
+        W.nodes[i] = S.tri[t, i]
     low = 0
     for _ in range(depth):
         high = n
@@ -236,19 +223,3 @@ def patch_nodes(S, W, t, depth):
                     n += 1
         low = high
     return n
-
-
-@kernel
-def relax_patch(S, W, t, depth, sweeps):
-    """Max-min relaxation of all nodes within ``depth`` rings of t, ``sweeps`` times at most."""
-    n = patch_nodes(S, W, t, depth)
-    for _ in range(sweeps):
-        moved = False
-        for q in range(n):
-            v = W.nodes[q]
-            if S.kind[v] == 0:
-                moved = soften(S, W, v) or moved
-            elif S.kind[v] == 1:
-                moved = shift(S, W, v, 1e-4) or moved
-        if not moved:
-            break

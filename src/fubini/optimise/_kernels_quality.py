@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import math
 
-from fubini._jit import kernel
+from fubini._jit import inner, kernel
 from fubini.optimise._kernels_state import AR, HARD, SOFT, WEIGHT
 
 INVERTED = 1000.0
 
 
-@kernel
+@inner
 def aspect_quality(l0, l1, l2, a4, rule):
     """Aspect ratio on the scale of f: the soft bound where it meets its bound, 1 at the equilateral."""
     a, b, c = math.sqrt(l0), math.sqrt(l1), math.sqrt(l2)
@@ -23,7 +23,7 @@ def aspect_quality(l0, l1, l2, a4, rule):
     return max(-1.0, rule[SOFT] + (1.0 - rule[SOFT]) * scaled)
 
 
-@kernel
+@inner
 def quality(ax, ay, bx, by, cx, cy, rule):
     """f of the triangle a, b, c: at least ``rule[SOFT]`` when valid with a margin."""
     ux, uy, vx, vy = bx - ax, by - ay, cx - ax, cy - ay
@@ -40,7 +40,7 @@ def quality(ax, ay, bx, by, cx, cy, rule):
     return f
 
 
-@kernel
+@inner
 def cost_of(f, rule):
     """Cost of a triangle of quality f: 0 best; at least 1 when flawed; 1000 and more when inverted.
 
@@ -57,7 +57,7 @@ def cost_of(f, rule):
     return 4.0 * r - 3.0
 
 
-@kernel
+@inner
 def ear_cost(ax, ay, bx, by, cx, cy):
     """Cost of the one triangle that covers an unavoidable corner a: how far from isosceles it is."""
     ux, uy, vx, vy = bx - ax, by - ay, cx - ax, cy - ay
@@ -67,7 +67,7 @@ def ear_cost(ax, ay, bx, by, cx, cy):
     return 0.3 * (1.0 - min(p, q) / max(p, q))
 
 
-@kernel
+@inner
 def covers_corner(S, t):
     """Local corner at which triangle t alone fills an unavoidable corner of the region, or -1."""
     for i in range(3):
@@ -76,7 +76,7 @@ def covers_corner(S, t):
     return -1
 
 
-@kernel
+@inner
 def triangle_quality(S, t):
     """f of triangle t."""
     a, b, c = S.tri[t, 0], S.tri[t, 1], S.tri[t, 2]
@@ -84,7 +84,7 @@ def triangle_quality(S, t):
     return quality(p[a, 0], p[a, 1], p[b, 0], p[b, 1], p[c, 0], p[c, 1], S.rule)
 
 
-@kernel
+@inner
 def triangle_cost(S, t):
     """Cost of triangle t, the exemption of unavoidable corners included."""
     i = covers_corner(S, t)
@@ -95,7 +95,7 @@ def triangle_cost(S, t):
     return ear_cost(p[a, 0], p[a, 1], p[b, 0], p[b, 1], p[c, 0], p[c, 1])
 
 
-@kernel
+@inner
 def is_flawed(S, t):
     """Whether triangle t is to be mended: below the soft bound and not the one of an unavoidable corner."""
     return triangle_quality(S, t) < S.rule[SOFT] and covers_corner(S, t) < 0

@@ -15,10 +15,10 @@ from __future__ import annotations
 
 import math
 
-from fubini._jit import kernel
+from fubini._jit import inner
 
 
-@kernel
+@inner
 def edge_constraints(ax, ay, bx, by, tau, c, n):
     """Write the six constraints of edge a -> b for tan(skewness) > tau into rows n .. n + 5 of c."""
     ex, ey = bx - ax, by - ay
@@ -38,7 +38,7 @@ def edge_constraints(ax, ay, bx, by, tau, c, n):
         n += 3
 
 
-@kernel
+@inner
 def meet(c, i, j):
     """Points where circles i and j of c meet: (number, x, y, x, y); 0 when they do not."""
     q, gx, gy, d = c[i, 0], c[i, 1], c[i, 2], c[i, 3]
@@ -71,7 +71,7 @@ def meet(c, i, j):
     return 2, x + s * ux, y + s * uy, x + r * ux, y + r * uy
 
 
-@kernel
+@inner
 def satisfies(c, n, x, y, slack, i, j):
     """Whether (x, y) meets all n constraints but i and j, on which it lies, within ``slack``."""
     square = x * x + y * y
@@ -81,7 +81,7 @@ def satisfies(c, n, x, y, slack, i, j):
     return True
 
 
-@kernel
+@inner
 def region_point(rx, ry, k, tau, c):
     """A point of the common valid region of the closed ring (k nodes): (found, x, y).
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from fubini._jit import kernel
+from fubini._jit import inner
 from fubini.optimise._kernels_cavity import best_point, climb, enqueue, local, lowest, star, star_cost
 from fubini.optimise._kernels_quality import cost_of, ear_cost, quality
 from fubini.optimise._kernels_region import region_point
@@ -12,7 +12,7 @@ from fubini.optimise._kernels_state import ATTEMPTS, RELOCATION, SLIDE, SOFT
 from fubini.tracks._kernels import evaluate_one
 
 
-@kernel
+@inner
 def load_ring(S, W, v, k, closed):
     """Ring coordinates relative to node v into W.rx, W.ry; the mean distance."""
     n = k if closed else k + 1
@@ -24,7 +24,7 @@ def load_ring(S, W, v, k, closed):
     return mean
 
 
-@kernel
+@inner
 def cheapest(W, k, x, y, step, rule):
     """Lower the cost of the closed star from (x, y) by compass search; (x, y, cost)."""
     cost = star_cost(W.rx, W.ry, k, x, y, rule)
@@ -46,29 +46,13 @@ def cheapest(W, k, x, y, step, rule):
     return x, y, cost
 
 
-@kernel
-def settle(S, v, k, W, x, y):
-    """Move node v by (x, y) and look again at its triangles."""
-    S.points[v, 0] += x
-    S.points[v, 1] += y
-    for q in range(k):
-        enqueue(S, W.fan[q])
+@inner
+def valid_place(W, k, mean, rule):
+    """A place of large lowest f for the node of the loaded closed ring: (x, y, lowest f).
 
-
-@kernel
-def relocate(S, W, v, fall):
-    """Move interior node v where the cost of its star falls by more than ``fall``; whether it moved.
-
-    Uphill from where it is, then from the ring's middle, then from a point of the valid region
-    in closed form; where that is empty, to the place of least cost.
+    Uphill from where it is, then from the ring's middle, then from a point of the valid region in closed
+    form (method.md, section 5), whose emptiness settles the matter.
     """
-    S.counts[ATTEMPTS] += 1
-    k, closed = star(S, W, v)
-    if k < 3 or not closed:
-        return False
-    mean = load_ring(S, W, v, k, closed)
-    rule = S.rule
-    old = star_cost(W.rx, W.ry, k, 0.0, 0.0, rule)
     x, y, low = climb(W.rx, W.ry, k, 0.0, 0.0, 0.3 * mean, 0.3, rule)
     if low < rule[SOFT]:
         u, w, f = best_point(W.rx, W.ry, k, 0.3, rule)
@@ -79,35 +63,43 @@ def relocate(S, W, v, fall):
         found, u, w = region_point(W.rx, W.ry, k, tau, W.circles)
         if found:
             x, y, low = climb(W.rx, W.ry, k, u, w, 0.1 * mean, 0.3, rule)
-    if low >= rule[SOFT]:
-        cost = star_cost(W.rx, W.ry, k, x, y, rule)
-    else:
-        x, y, cost = cheapest(W, k, x, y, 0.2 * mean, rule)
-    if cost >= old - fall:
-        return False
-    settle(S, v, k, W, x, y)
-    S.counts[RELOCATION] += 1
-    return True
+    return x, y, low
 
 
-@kernel
-def soften(S, W, v):
-    """Max-min relaxation of interior node v: raise its lowest f with no rise of cost; whether it moved."""
-    S.counts[ATTEMPTS] += 1
+@inner
+def relocate(S, W, v, fall, soft):
+    """Move interior node v where the cost of its star falls by more than ``fall``; whether it moved.
+
+    Where the valid region is empty, to the place of least cost. ``soft``: instead raise its lowest f, with no rise of cost.
+    """
     k, closed = star(S, W, v)
     if k < 3 or not closed:
         return False
     mean = load_ring(S, W, v, k, closed)
-    old = star_cost(W.rx, W.ry, k, 0.0, 0.0, S.rule)
-    low = lowest(W.rx, W.ry, k, True, 0.0, 0.0, S.rule, -9.0)
-    x, y, f = climb(W.rx, W.ry, k, 0.0, 0.0, 0.25 * mean, 0.97, S.rule)
-    if f <= low + 1e-4 or star_cost(W.rx, W.ry, k, x, y, S.rule) > old + 1e-9:
+    rule = S.rule
+    old = star_cost(W.rx, W.ry, k, 0.0, 0.0, rule)
+    if soft:
+        low = lowest(W.rx, W.ry, k, True, 0.0, 0.0, rule, -9.0)
+        x, y, f = climb(W.rx, W.ry, k, 0.0, 0.0, 0.25 * mean, 0.97, rule)
+        if f <= low + 1e-4:
+            return False
+        cost, fall = star_cost(W.rx, W.ry, k, x, y, rule), -1e-9
+    else:
+        x, y, low = valid_place(W, k, mean, rule)
+        if low >= rule[SOFT]:
+            cost = star_cost(W.rx, W.ry, k, x, y, rule)
+        else:
+            x, y, cost = cheapest(W, k, x, y, 0.2 * mean, rule)
+    if cost >= old - fall:
         return False
-    settle(S, v, k, W, x, y)
+    S.points[v, 0] += x
+    S.points[v, 1] += y
+    if not soft:
+        S.counts[RELOCATION] += 1
     return True
 
 
-@kernel
+@inner
 def fan_cost(W, k, x, y, first, last, rule):
     """Cost of the open fan from (x, y); ``first``, ``last``: its end triangles cover unavoidable corners."""
     total = 0.0
@@ -122,10 +114,9 @@ def fan_cost(W, k, x, y, first, last, rule):
     return total
 
 
-@kernel
+@inner
 def slide(S, W, v, fall):
     """Slide node v along its curve where the cost of its fan falls by more than ``fall``; whether it moved."""
-    S.counts[ATTEMPTS] += 1
     k, closed = star(S, W, v)
     if k < 1 or closed:
         return False
@@ -161,17 +152,21 @@ def slide(S, W, v, fall):
     x, y = evaluate_one(S.track_kinds, S.track_offsets, S.track_data, track, at)
     S.points[v, 0], S.points[v, 1] = x, y
     S.t[s, 1], S.t[r, 0] = at, at
-    for q in range(k):
-        enqueue(S, W.fan[q])
     S.counts[SLIDE] += 1
     return True
 
 
-@kernel
-def shift(S, W, v, fall):
-    """Relocate or slide node v as its kind allows."""
+@inner
+def shift(S, W, v, fall, soft):
+    """Relocate or slide node v as its kind allows; look again at its triangles. Whether it moved."""
+    S.counts[ATTEMPTS] += 1
+    moved = False
     if S.kind[v] == 0:
-        return relocate(S, W, v, fall)
-    if S.kind[v] == 1:
-        return slide(S, W, v, fall)
-    return False
+        moved = relocate(S, W, v, fall, soft)
+    elif S.kind[v] == 1:
+        moved = slide(S, W, v, fall)
+    if moved:
+        k, closed = star(S, W, v)
+        for q in range(k):
+            enqueue(S, W.fan[q])
+    return moved

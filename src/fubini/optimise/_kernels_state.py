@@ -46,7 +46,7 @@ class State(NamedTuple):
     tri_of (N,) int32 : one triangle of each node; not used for corners and frozen nodes.
     tri (M, 3), nbr (M, 3) int32 : as in ``Triangulation``; ``tri[t, 0] = -1``: removed.
     free (M,) int32 : numbers of removed triangles, ``counts[FREED]`` of them.
-    queue (M,) int32 : triangles that a move left flawed, ``counts[QUEUED]`` of them.
+    queue, todo (2 M,) int32, key (2 M,) : triangles that a move left flawed, ``counts[QUEUED]`` of them; their order.
     mark (M,) int32 : stamps of the cavity at hand.
     track (K,) int32, t (K, 2), mode (K,) uint8 : of the segments; mode 255: removed.
     counts (32,) int64, rule (8,) float64 : see the names above.
@@ -62,6 +62,8 @@ class State(NamedTuple):
     nbr: Any
     free: Any
     queue: Any
+    todo: Any
+    key: Any
     mark: Any
     track: Any
     t: Any
@@ -102,6 +104,7 @@ class Work(NamedTuple):
     inner: Any
     circles: Any
     nodes: Any
+    job: Any
 
 
 def work() -> Work:
@@ -114,5 +117,5 @@ def work() -> Work:
     return Work(
         ints(n), ints(n), ints(n), ints(n), np.empty(n), np.empty(n), ints(n), ints(n), np.empty(n), np.empty(n),
         np.empty((LIMIT, LIMIT)), ints(LIMIT, LIMIT), ints(n, 3), ints(n), ints(n), ints(n), ints(n),
-        np.empty((6 * LIMIT, 4)), ints(1024),
+        np.empty((6 * LIMIT, 4)), ints(1024), ints(16),
     )  # fmt: skip

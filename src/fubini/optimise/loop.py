@@ -14,12 +14,20 @@ from fubini.optimise._kernels_state import (
     QUEUED,
     SOFT,
     State,
+    Work,
     work,
 )
 from fubini.optimise.options import OptimiseOptions, OptimiseOutcome
-from fubini.optimise.state import build_state, extend_state, read_state, rule_of, sharp_nodes
+from fubini.optimise.state import build_state, copy_of, extend_state, read_state, rule_of, sharp_nodes
 from fubini.tracks import Tracks
 from fubini.triangulation.value import Triangulation
+
+
+def readonly(array: NDArray, kind: type) -> NDArray:
+    """A read-only view for kernels that only look: one array type, no copy of what is frozen already."""
+    view = np.ascontiguousarray(array, kind).view()
+    view.flags.writeable = False
+    return view
 
 
 def flawed_triangles(
@@ -28,7 +36,7 @@ def flawed_triangles(
     """Numbers of the triangles with f below ``bound``."""
     from fubini.optimise._kernels_quality import find_flawed
 
-    points, triangles = np.require(tri.points, float, "CW"), np.require(tri.triangles, np.int32, "CW")
+    points, triangles = readonly(tri.points, float), readonly(tri.triangles, np.int32)
     out = np.empty(64, np.int32)
     n = find_flawed(points, triangles, bound, rule, out)
     if n > len(out):
@@ -47,7 +55,7 @@ def excess_of(
         return flawed
     sharp = np.zeros(len(tri.points), np.uint8)
     sharp[: len(tri.boundary.angle)] = sharp_nodes(tri.boundary, options.min_skew)
-    triangles = np.require(tri.triangles, np.int32, "CW")
+    triangles = readonly(tri.triangles, np.int32)
     rest = flawed.copy()
     n = excess_flawed(triangles, sharp, rest, np.zeros(len(sharp), np.uint8))
     return rest[:n]
@@ -71,7 +79,7 @@ def optimise(
     state.queue[: len(soft)] = soft
     state.counts[QUEUED] = len(soft)
     state.counts[BUDGET] = 20000 + 1000 * len(soft) if options.budget is None else options.budget
-    state = run(state)
+    state = run(state, work())
     result, splits = read_state(state, triangulation)
     return judge(result, splits, state, options, len(hard))
 
@@ -100,19 +108,37 @@ def judge(
     )
 
 
-def run(state: State) -> State:
+def run(state: State, scratch: Work) -> State:
     """Descend, then search with kicks; the state may move to larger arrays."""
-    from fubini.optimise._kernels_loop import DONE, FULL, SPENT, descend, search
+    from fubini.optimise._kernels_loop import DESCEND, DONE, FULL, SPENT, drive
 
-    scratch = work()
-    while (status := descend(state, scratch)) == FULL:
-        state = extend_state(state, 2 * len(state.points))
+    status = FULL
+    while status == FULL:
+        status, _ = drive(state, scratch, DESCEND)
+        if status == FULL:
+            state = extend_state(state, 2 * len(state.points))
     if status in (DONE, SPENT):
         return state
-    for _ in range(4):
-        second = State(*(np.array(array) for array in state))
-        status = search(state, second, scratch, 60, 12)
-        if status != FULL:
+    return search(state, scratch, 60, 12)
+
+
+def search(state: State, scratch: Work, rounds: int, patience: int) -> State:
+    """Relax, disturb and descend in turns; the best state seen. Ends when nothing is flawed, or after ``rounds``."""
+    from fubini.optimise._kernels_loop import COUNT, DISTURB, DONE, FULL, RELAX, SPENT, drive
+
+    best, stale = copy_of(state), 0
+    _, lowest = drive(state, scratch, COUNT)
+    for turn in range(rounds):
+        status, cost = drive(state, scratch, RELAX if turn % 3 == 0 else DISTURB)
+        if status == FULL:
+            state = extend_state(state, 2 * len(state.points))
+            continue
+        if cost < lowest - 1e-9:
+            best, lowest, stale = copy_of(state), cost, 0
+        else:
+            stale += 1
+        if status in (DONE, SPENT):
             break
-        state = extend_state(state, 2 * len(state.points))
-    return state
+        if stale > 0 and stale % patience == 0:
+            state = copy_of(best, state.counts)
+    return copy_of(best, state.counts)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from fubini.optimise._kernels_state import (
     AR,
+    ATTEMPTS,
     HARD,
     NODES,
     QUEUED,
@@ -96,6 +97,8 @@ def build_state(tri: Triangulation, tracks: Tracks, options: OptimiseOptions, sp
         grown(np.asarray(tri.neighbours, np.int32), triangles),
         np.zeros(triangles, np.int32),
         np.zeros(2 * triangles, np.int32),
+        np.zeros(2 * triangles, np.int32),
+        np.zeros(2 * triangles),
         np.zeros(triangles, np.int32),
         grown(np.asarray(boundary.track, np.int32), segments),
         grown(np.asarray(boundary.t, float), segments),
@@ -125,6 +128,8 @@ def extend_state(state: State, spare: int) -> State:
         longer(state.nbr, m, triangles),
         longer(state.free, len(state.free), triangles),
         longer(state.queue, len(state.queue), 2 * triangles),
+        np.zeros(2 * triangles, np.int32),
+        np.zeros(2 * triangles),
         longer(state.mark, m, triangles),
         longer(state.track, k, segments),
         longer(state.t, k, segments),
@@ -135,6 +140,14 @@ def extend_state(state: State, spare: int) -> State:
         state.track_offsets,
         state.track_data,
     )
+
+
+def copy_of(state: State, effort: NDArray[np.int64] | None = None) -> State:
+    """A copy of the mesh; its effort, moves and randomness continue from the counts ``effort``, if given."""
+    copy = State(*(np.array(array) for array in state))
+    if effort is not None:
+        copy.counts[ATTEMPTS:] = effort[ATTEMPTS:]
+    return copy
 
 
 def segment_nodes(state: State, live: NDArray[np.int64]) -> NDArray[np.int32]:
