@@ -40,6 +40,7 @@ class Object:
     links: dict = field(default_factory=dict)
     visible: bool = True
     binary: bool = False
+    count: int = 0
 
 
 def box(size=1.0, at=(0, 0, 0)):
@@ -78,6 +79,8 @@ def properties(o: Object, file: str) -> str:
         values = " ".join(f'{k}="{v}"' for k, v in zip(keys, o.placement, strict=True))
         key = "LinkPlacement" if o.type == "App::Link" else "Placement"
         out.append(f'<Property name="{key}"><PropertyPlacement {values}/></Property>')
+    if o.count:
+        out.append(f'<Property name="ElementCount"><Integer value="{o.count}"/></Property>')
     for key, targets in o.links.items():
         if key == "LinkedObject":
             inner = f'<XLink file="" name="{targets[0]}"/>'
@@ -187,6 +190,17 @@ def test_link_puts_a_second_instance_where_it_says(tmp_path):
     assert [name for _, name in source.face_names] == ["Box", "Again"]
     assert corners(source.face_names[1][0]) == ((0, 40, 0), (1, 41, 1))
     assert not source.face_names[0][0].IsSame(source.face_names[1][0])
+
+
+def test_an_array_of_links_is_left_out_with_a_note(tmp_path):
+    path = write(
+        tmp_path / "a.FCStd",
+        Object("Box", shape=box()),
+        Object("Row", "App::Link", links={"LinkedObject": ("Box",)}, count=3),
+    )
+    source = read_fcstd(path)
+    assert [name for _, name in source.face_names] == ["Box"]
+    assert source.notes == ("link array 'Row' left out",)
 
 
 def test_a_lone_sketch_is_kept_but_not_beside_a_solid(tmp_path):

@@ -43,7 +43,8 @@ class Item:
     """A document object: what matters of its properties.
 
     ``placement``: position and quaternion (px, py, pz, qx, qy, qz, qw), None when it has none.
-    ``links``: names of the objects that each of its link properties refers to.
+    ``links``: names of the objects that each of its link properties refers to. ``flags``: values of its
+    boolean and integer properties as they are written.
     """
 
     name: str
@@ -114,9 +115,8 @@ def _item(name: str, kind: str, data: ElementTree.Element | None) -> Item:
         targets = tuple(target for link in node.iter() if (target := _target(link)))
         if targets:
             links[key] = targets
-        boolean = node.find("Bool")
-        if boolean is not None:
-            flags[key] = boolean.get("value", "")
+        for value in (*node.findall("Bool"), *node.findall("Integer")):
+            flags[key] = value.get("value", "")
     label, shape = properties.get("Label"), properties.get("Shape")
     string = None if label is None else label.find("String")
     part = None if shape is None else shape.find("Part")
@@ -192,6 +192,9 @@ def _shape(archive: zipfile.ZipFile, item: Item, items: dict[str, Item], notes: 
     """The shape of an object, or of the object that a link stands for, where the link puts it."""
     if not item.is_link:
         return _read_shape(archive, item, path)
+    if item.flags.get("ElementCount", "0") != "0":
+        notes[f"link array {item.label!r} left out"] += 1
+        return None
     chain = [item]
     while chain[-1].is_link and len(chain) < MAX_NESTING:
         target = items.get(chain[-1].links["LinkedObject"][0])
@@ -215,7 +218,8 @@ def _read_shape(archive: zipfile.ZipFile, item: Item, path: Path) -> Any:
     except KeyError as error:
         raise InputError(f"the shape of {item.label!r} ({item.file}) is missing", file=str(path)) from error
     try:
-        shape = _binary_brep(data) if item.file.endswith(".bin") else _text_brep(data)
+        # the suffix may be .bin, .brp or either with a number behind it: the head tells
+        shape = _binary_brep(data) if b"Open CASCADE Topology" in data[:64] else _text_brep(data)
     except Exception as error:  # the kernel's own exception classes differ between its generations
         raise InputError(f"the shape of {item.label!r} ({item.file}) is damaged: {error}", file=str(path)) from error
     if shape.IsNull():
