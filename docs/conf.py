@@ -1,0 +1,38 @@
+"""Sphinx configuration; ``make docs`` builds with warnings as errors."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import fubini
+
+sys.path.insert(0, str(Path(__file__).parent / "_ext"))
+
+project = "fubini"
+author = "fubini contributors"
+copyright = "2026, fubini contributors"
+version = release = fubini.__version__
+
+extensions = [
+    "myst_parser",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.mathjax",
+    "sphinx.ext.napoleon",
+    "command_help",
+]
+myst_enable_extensions = ["amsmath", "dollarmath", "deflist", "colon_fence"]
+myst_heading_anchors = 3
+exclude_patterns = ["_build", "_ext"]
+
+autodoc_member_order = "bysource"
+autodoc_typehints = "signature"
+autodoc_default_options = {"members": True, "show-inheritance": False}
+autodoc_preserve_defaults = True
+napoleon_google_docstring = False
+napoleon_use_rtype = False
+napoleon_use_ivar = True
+napoleon_preprocess_types = False
+
+html_theme = "furo"
+html_title = f"fubini {version}"
