@@ -30,10 +30,10 @@ demo: .venv/.ready-demo
 test: test7 test8
 
 test7: .venv/.ready-dev
-	$(BIN)/python -m pytest -n $(JOBS) --dist loadfile
+	$(BIN)/python -m pytest -n $(JOBS) --dist loadfile --hypothesis-profile=ci
 
 test8: .venv8/.ready
-	$(if $(TESTS8),$(BIN8)/python -m pytest -n $(JOBS) --dist loadfile $(TESTS8))
+	$(if $(TESTS8),$(BIN8)/python -m pytest -n $(JOBS) --dist loadfile --hypothesis-profile=ci $(TESTS8))
 
 lint: .venv/.ready-dev
 	$(BIN)/ruff check $(CHECKED)
