@@ -2,5 +2,6 @@
 
 from fubini.optimise.loop import optimise
 from fubini.optimise.options import OptimiseOptions, OptimiseOutcome
+from fubini.optimise.refine import refine
 
-__all__ = ["OptimiseOptions", "OptimiseOutcome", "optimise"]
+__all__ = ["OptimiseOptions", "OptimiseOutcome", "optimise", "refine"]

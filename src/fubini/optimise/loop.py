@@ -18,16 +18,9 @@ from fubini.optimise._kernels_state import (
     work,
 )
 from fubini.optimise.options import OptimiseOptions, OptimiseOutcome
-from fubini.optimise.state import build_state, copy_of, extend_state, read_state, rule_of, sharp_nodes
+from fubini.optimise.state import build_state, copy_of, extend_state, read_state, readonly, rule_of, sharp_nodes
 from fubini.tracks import Tracks
 from fubini.triangulation.value import Triangulation
-
-
-def readonly(array: NDArray, kind: type) -> NDArray:
-    """A read-only view for kernels that only look: one array type, no copy of what is frozen already."""
-    view = np.ascontiguousarray(array, kind).view()
-    view.flags.writeable = False
-    return view
 
 
 def flawed_triangles(

@@ -51,6 +51,13 @@ def sharp_nodes(boundary: Boundary, min_skew: float) -> NDArray[np.uint8]:
     return (np.asarray(boundary.angle) < corner_limit(min_skew)).astype(np.uint8)
 
 
+def readonly(array: NDArray, kind: type) -> NDArray:
+    """A read-only view for kernels that only look: one array type, no copy of what is frozen already."""
+    view = np.ascontiguousarray(array, kind).view()
+    view.flags.writeable = False
+    return view
+
+
 def grown(array: NDArray, length: int) -> NDArray:
     """A writable copy with ``length`` rows; the new ones are zero."""
     out = np.zeros((length, *array.shape[1:]), array.dtype)
@@ -58,23 +65,19 @@ def grown(array: NDArray, length: int) -> NDArray:
     return out
 
 
-def interior_sizes(tri: Triangulation) -> NDArray[np.float64]:
-    """Wanted edge length at every node: the boundary's own, inside the mean length of the edges there."""
-    n = len(tri.points)
-    total, number = np.zeros(n), np.zeros(n)
-    for i in range(3):
-        a, b = tri.triangles[:, (i + 1) % 3], tri.triangles[:, (i + 2) % 3]
-        length = np.hypot(*(tri.points[a] - tri.points[b]).T)
-        for v in (a, b):
-            total += np.bincount(v, length, n)
-            number += np.bincount(v, minlength=n)
-    size = total / np.maximum(number, 1)
-    size[: len(tri.boundary.size)] = tri.boundary.size
-    return size
+def build_state(
+    tri: Triangulation,
+    tracks: Tracks,
+    options: OptimiseOptions,
+    spare: int,
+    size: NDArray[np.float64] | None = None,
+) -> State:
+    """State of the triangulation with room for about ``spare`` more nodes.
 
+    size : (n,) wanted edge length at the nodes; None: the boundary's, and inside the mean length of the edges there.
+    """
+    from fubini.optimise._kernels_refine import prepare
 
-def build_state(tri: Triangulation, tracks: Tracks, options: OptimiseOptions, spare: int) -> State:
-    """State of the triangulation with room for about ``spare`` more nodes."""
     boundary, n, m, k = tri.boundary, len(tri.points), len(tri.triangles), len(tri.boundary.segments)
     nodes, triangles, segments = n + spare, m + 2 * spare + 200, k + spare
     kind = np.zeros(n, np.uint8)
@@ -82,15 +85,19 @@ def build_state(tri: Triangulation, tracks: Tracks, options: OptimiseOptions, sp
     sharp = np.zeros(n, np.uint8)
     sharp[: len(boundary.kind)] = sharp_nodes(boundary, options.min_skew)
     mode = boundary.mode if options.allow_splits else np.full(k, LOCKED, np.uint8)
-    tri_of = np.zeros(nodes, np.int32)
-    tri_of[tri.triangles] = np.arange(m, dtype=np.int32)[:, None]
+    tri_of, sizes = np.zeros(nodes, np.int32), np.zeros(nodes)
+    sizes[: len(boundary.kind)] = boundary.size
+    if size is not None:
+        sizes[: len(size)] = size
+    points, corners = readonly(tri.points, np.float64), readonly(tri.triangles, np.int32)
+    prepare(points, corners, len(boundary.kind) if size is None else n, sizes, tri_of)
     counts = np.zeros(32, np.int64)
     counts[[NODES, TRIANGLES, SEGMENTS, QUEUED]] = n, m, k, 0
     counts[RANDOM] = 1 + options.seed % 0x7FFFFFFE
     return State(
         grown(np.asarray(tri.points, float), nodes),
         grown(kind, nodes),
-        grown(interior_sizes(tri), nodes),
+        sizes,
         grown(sharp, nodes),
         tri_of,
         grown(np.asarray(tri.triangles, np.int32), triangles),

@@ -1,0 +1,252 @@
+"""Frontal insertion of interior points until every triangle meets the size wanted there.
+
+Rebay, "Efficient unstructured mesh generation by means of Delaunay triangulation and Bowyer-Watson algorithm",
+1993: a point goes where it makes an almost equilateral triangle on an edge of the front, the edges between
+triangles that are small enough, or the boundary, and triangles that are not.
+"""
+
+from __future__ import annotations
+
+import math
+
+from fubini._jit import inner, kernel
+from fubini.optimise._kernels_cavity import local, new_node
+from fubini.optimise._kernels_loop import DONE, FULL
+from fubini.optimise._kernels_state import INSERTED, NODES, QUEUED, STAMP, TRIANGLES
+from fubini.triangulation._kernels_topology import legalise, locate, split_triangle
+
+ROOT3 = math.sqrt(3.0)
+#: a point keeps this share of the wanted size from other nodes, and from segments
+NODE_DISTANCE, SEGMENT_DISTANCE = 0.65, 0.5
+#: triangles looked at around a new point
+NEAR = 48
+
+
+@kernel
+def prepare(points, tri, fixed, size, tri_of):
+    """Fill tri_of (n,) and, at interior nodes from ``fixed`` on, size (n,): the mean length of the edges there."""
+    number = 0 * tri_of
+    for t in range(tri.shape[0]):
+        for i in range(3):
+            a, b = tri[t, i], tri[t, (i + 1) % 3]
+            tri_of[a] = t
+            if a >= fixed:
+                size[a] += math.hypot(points[a, 0] - points[b, 0], points[a, 1] - points[b, 1])
+                number[a] += 1
+    for v in range(fixed, number.shape[0]):
+        if number[v] > 0:
+            size[v] /= number[v]
+
+
+@inner
+def circle(S, t):
+    """Centre and squared radius of the circle of triangle t; radius infinite at no area."""
+    a, b, c = S.tri[t, 0], S.tri[t, 1], S.tri[t, 2]
+    ax, ay = S.points[a, 0], S.points[a, 1]
+    bx, by = S.points[b, 0] - ax, S.points[b, 1] - ay
+    cx, cy = S.points[c, 0] - ax, S.points[c, 1] - ay
+    d = 2.0 * (bx * cy - by * cx)
+    if d <= 0.0:
+        return ax, ay, math.inf
+    bb, cc = bx * bx + by * by, cx * cx + cy * cy
+    ux, uy = (cy * bb - by * cc) / d, (bx * cc - cx * bb) / d
+    return ax + ux, ay + uy, ux * ux + uy * uy
+
+
+@inner
+def oversize(S, t, limit):
+    """Whether triangle t is larger than ``limit`` times the equilateral triangle of the size wanted there."""
+    x, y, square = circle(S, t)
+    wanted = S.size[S.tri[t, 0]] + S.size[S.tri[t, 1]] + S.size[S.tri[t, 2]]
+    return 27.0 * square > limit * limit * wanted * wanted
+
+
+@inner
+def front_edges(S, W, t, limit, everywhere):
+    """Edges of t on the front, shortest first, into W.ea; their number."""
+    n = 0
+    for i in range(3):
+        u = S.nbr[t, i]
+        if u < 0 or everywhere or not oversize(S, u, limit):
+            a, b = S.tri[t, (i + 1) % 3], S.tri[t, (i + 2) % 3]
+            W.rx[n] = math.hypot(S.points[a, 0] - S.points[b, 0], S.points[a, 1] - S.points[b, 1])
+            W.ea[n] = i
+            n += 1
+    for i in range(1, n):
+        for j in range(i, 0, -1):
+            if W.rx[j] < W.rx[j - 1]:
+                W.rx[j], W.rx[j - 1] = W.rx[j - 1], W.rx[j]
+                W.ea[j], W.ea[j - 1] = W.ea[j - 1], W.ea[j]
+    return n
+
+
+@inner
+def front_point(S, t, i, h, gradient):
+    """The third corner of the wanted triangle on edge i of t, no further than the circle's centre allows."""
+    a, b = S.tri[t, (i + 1) % 3], S.tri[t, (i + 2) % 3]
+    ax, ay, bx, by = S.points[a, 0], S.points[a, 1], S.points[b, 0], S.points[b, 1]
+    length = math.hypot(bx - ax, by - ay)
+    half = 0.5 * length
+    mx, my = 0.5 * (ax + bx), 0.5 * (ay + by)
+    nx, ny = (ay - by) / length, (bx - ax) / length
+    cx, cy, square = circle(S, t)
+    wanted = min(h, 0.5 * (S.size[a] + S.size[b]) + 0.25 * gradient * length)
+    radius = max(wanted / ROOT3, half * 1.0001)
+    if square < math.inf:
+        q = (cx - mx) * nx + (cy - my) * ny
+        if q > 1e-9 * length:
+            radius = max(half, min(radius, (half * half + q * q) / (2.0 * q)))
+    d = radius + math.sqrt(max(0.0, radius * radius - half * half))
+    return mx + d * nx, my + d * ny
+
+
+@inner
+def conflicts(S, W, t, x, y):
+    """Triangles around t whose circle holds (x, y), t first, into W.cavity; their number (at most NEAR)."""
+    S.counts[STAMP] += 1
+    stamp = S.counts[STAMP]
+    W.cavity[0] = t
+    S.mark[t] = stamp
+    n, at = 1, 0
+    while at < n and n < NEAR:
+        for i in range(3):
+            u = S.nbr[W.cavity[at], i]
+            if u < 0 or S.mark[u] == stamp or n >= NEAR:
+                continue
+            S.mark[u] = stamp
+            cx, cy, square = circle(S, u)
+            if (x - cx) * (x - cx) + (y - cy) * (y - cy) < square * (1.0 + 1e-9):
+                W.cavity[n] = u
+                n += 1
+        at += 1
+    return n
+
+
+@inner
+def height(S, t, i, x, y):
+    """Distance of (x, y) from the line of edge i of t over the length of the edge, and the length."""
+    a, b = S.tri[t, (i + 1) % 3], S.tri[t, (i + 2) % 3]
+    ex, ey = S.points[b, 0] - S.points[a, 0], S.points[b, 1] - S.points[a, 1]
+    length = math.sqrt(ex * ex + ey * ey)
+    return (ex * (y - S.points[a, 1]) - ey * (x - S.points[a, 0])) / length, length
+
+
+@inner
+def admit(S, W, n, x, y, h, gradient, share):
+    """Size wanted at (x, y) among the n triangles W.cavity; -1 where a node or a segment is too near."""
+    size = h
+    for q in range(n):
+        for i in range(3):
+            v = S.tri[W.cavity[q], i]
+            d = math.hypot(S.points[v, 0] - x, S.points[v, 1] - y)
+            size = min(size, S.size[v] + gradient * d)
+    for q in range(n):
+        t = W.cavity[q]
+        for i in range(3):
+            v = S.tri[t, i]
+            if math.hypot(S.points[v, 0] - x, S.points[v, 1] - y) < share * NODE_DISTANCE * size:
+                return -1.0
+            if S.nbr[t, i] < 0:
+                d, length = height(S, t, i, x, y)
+                if d < share * SEGMENT_DISTANCE * min(size, length):
+                    return -1.0
+    return size
+
+
+@inner
+def insert_point(S, t, x, y, size):
+    """Put a node into triangle t, keep the triangulation Delaunay; the node."""
+    v = new_node(S, x, y, 0, size)
+    t1 = S.counts[TRIANGLES]
+    S.counts[TRIANGLES] += 2
+    split_triangle(S.tri, S.nbr, S.tri_of, t, v, t1, t1 + 1)
+    S.queue[0], S.queue[1], S.queue[2] = t, t1, t1 + 1
+    legalise(S.points, S.tri, S.nbr, S.tri_of, S.queue, 3)
+    return v
+
+
+@inner
+def push(S, t, limit):
+    """Append triangle t to the first-in first-out list S.todo when it is oversize."""
+    if oversize(S, t, limit):
+        S.todo[S.counts[QUEUED] % S.todo.shape[0]] = t
+        S.counts[QUEUED] += 1
+
+
+@inner
+def push_star(S, v, limit):
+    """Append what is oversize around the new interior node v, the triangles beyond its star included."""
+    first = t = S.tri_of[v]
+    while True:
+        i = local(S, t, v)
+        push(S, t, limit)
+        if S.nbr[t, i] >= 0:
+            push(S, S.nbr[t, i], limit)
+        t = S.nbr[t, (i + 1) % 3]
+        if t == first or t < 0:
+            return
+
+
+@inner
+def try_triangle(S, W, t, h, gradient, limit, everywhere):
+    """Insert a point on a front edge of triangle t; the node, or -1."""
+    n = front_edges(S, W, t, limit, everywhere)
+    for e in range(n):
+        x, y = front_point(S, t, W.ea[e], h, gradient)
+        at, report = locate(S.points, S.tri, S.nbr, t, x, y, 200)
+        if report != 0:
+            continue
+        k = conflicts(S, W, at, x, y)
+        size = admit(S, W, k, x, y, h, gradient, 0.9 if everywhere else 1.0)
+        if size > 0.0:
+            return insert_point(S, at, x, y, size)
+    return -1
+
+
+@inner
+def grade(S, h, gradient):
+    """Lower the sizes of interior nodes to what their neighbours allow, by sweeps until nothing changes."""
+    for _ in range(64):
+        changed = False
+        for t in range(S.counts[TRIANGLES]):
+            for i in range(3):
+                a, b = S.tri[t, i], S.tri[t, (i + 1) % 3]
+                d = gradient * math.hypot(S.points[a, 0] - S.points[b, 0], S.points[a, 1] - S.points[b, 1])
+                if S.kind[b] == 0 and S.size[b] > S.size[a] + d:
+                    S.size[b] = S.size[a] + d
+                    changed = True
+                if S.kind[a] == 0 and S.size[a] > S.size[b] + d:
+                    S.size[a] = S.size[b] + d
+                    changed = True
+        if not changed:
+            break
+
+
+@kernel
+def advance(S, W, h, gradient, limit):
+    """Insert points from the boundary inwards until no triangle is oversize. DONE or FULL.
+
+    ``S.size`` holds the sizes wanted at the nodes; interior ones are lowered to the gradient first. A second pass takes
+    every edge for the front, where the first found no room.
+    """
+    grade(S, h, gradient)
+    for turn in range(2):
+        S.counts[QUEUED] = 0
+        head = 0
+        loose = limit if turn == 0 else 1.25 * limit
+        for t in range(S.counts[TRIANGLES]):
+            push(S, t, loose)
+        while head < S.counts[QUEUED]:
+            t = S.todo[head % S.todo.shape[0]]
+            head += 1
+            if not oversize(S, t, loose):
+                continue
+            if S.counts[NODES] + 4 > S.points.shape[0] or S.counts[TRIANGLES] + 8 > S.tri.shape[0]:
+                return FULL
+            if S.counts[QUEUED] - head > S.todo.shape[0] - 64:
+                return FULL
+            v = try_triangle(S, W, t, h, gradient, loose, turn == 1)
+            if v >= 0:
+                S.counts[INSERTED] += 1
+                push_star(S, v, loose)
+    return DONE

@@ -1,0 +1,69 @@
+"""``refine``: interior points where the boundary is finer than what lies inside."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fubini.errors import OptionError
+from fubini.optimise._kernels_state import INSERTED, NODES, TRIANGLES, work
+from fubini.optimise.options import OptimiseOptions
+from fubini.optimise.state import build_state, extend_state
+from fubini.tracks import Tracks
+from fubini.triangulation.value import Triangulation
+
+#: circumradius times sqrt(3) over the wanted size above which a triangle gets a point
+LIMIT = 1.25
+
+
+def refine(
+    triangulation: Triangulation,
+    tracks: Tracks,
+    h: float,
+    gradient: float = 0.35,
+    size: ArrayLike | None = None,
+) -> tuple[Triangulation, NDArray[np.float64]]:
+    """Insert interior points until every triangle meets the graded size; the boundary stays as it is.
+
+    The size wanted at a place is the least of ``h`` and ``size_i + gradient * distance`` over the nodes. Points
+    are placed frontally, from the boundary inwards, so that triangles come out nearly equilateral; there may
+    be no interior points at all to begin with.
+
+    Parameters
+    ----------
+    triangulation : constrained Delaunay.
+    tracks : of the region (nothing is evaluated: no boundary node is made).
+    h : largest wanted edge length.
+    gradient : growth of the size with distance.
+    size : (n,) wanted edge length at all nodes; None: the boundary's own, ``h`` inside.
+
+    Returns
+    -------
+    The triangulation with the new points behind the old ones, and the sizes (n,) wanted at its nodes.
+    """
+    from fubini.optimise._kernels_loop import FULL
+    from fubini.optimise._kernels_refine import advance
+
+    if not (h > 0.0 and gradient > 0.0):
+        raise OptionError(f"size {h} and gradient {gradient} must be positive")
+    n = len(triangulation.points)
+    sizes = np.full(n, float(h))
+    sizes[: len(triangulation.boundary.size)] = triangulation.boundary.size
+    if size is not None:
+        sizes[:] = size
+    sizes = np.minimum(sizes, h)
+    state = build_state(triangulation, tracks, OptimiseOptions(), n + 500, sizes)
+    scratch = work()
+    while advance(state, scratch, float(h), float(gradient), LIMIT) == FULL:
+        state = extend_state(state, 2 * len(state.points))
+    n, m = int(state.counts[NODES]), int(state.counts[TRIANGLES])
+    if state.counts[INSERTED] == 0:
+        return triangulation, state.size[:n]
+    result = Triangulation(
+        points=state.points[:n],
+        triangles=state.tri[:m],
+        neighbours=state.nbr[:m],
+        boundary=triangulation.boundary,
+        unrecovered=triangulation.unrecovered,
+    )
+    return result, state.size[:n]
