@@ -110,8 +110,11 @@ class Curve(ABC):
         """
 
     @abstractmethod
-    def _invert(self, axis: int, values: Float, t0: float, t1: float) -> Float:
-        """Parameters in the monotone stretch [t0, t1] where the coordinate takes ``values``."""
+    def _invert(self, axis: int, values: Float, t0: float | Float, t1: float | Float) -> Float:
+        """Parameters (n,) where the coordinate takes ``values`` (n,), in the monotone stretches [t0, t1].
+
+        One stretch for all values, or one (n,) for each.
+        """
 
     @abstractmethod
     def area_moments(self, origin: ArrayLike = (0.0, 0.0)) -> tuple[float, float, float, float, float, float]:
@@ -198,18 +201,12 @@ class Curve(ABC):
         """
         cuts = np.concatenate([[0.0], self.turning_points(axis), [1.0]])
         levels = self.point(cuts)[:, axis]
-        found: list[float] = []
-        for i in range(len(cuts) - 1):
-            a, b = levels[i], levels[i + 1]
-            if min(a, b) <= value <= max(a, b):
-                if a == value:
-                    found.append(float(cuts[i]))
-                if b == value:
-                    found.append(float(cuts[i + 1]))
-                if a != value and b != value:
-                    t = self._invert(axis, np.array([value]), float(cuts[i]), float(cuts[i + 1]))
-                    found.append(float(t[0]))
-        return np.unique(np.array(found, np.float64))
+        a, b = levels[:-1], levels[1:]
+        inside = (np.minimum(a, b) < value) & (value < np.maximum(a, b))
+        roots = np.empty(0)
+        if inside.any():
+            roots = self._invert(axis, np.full(inside.sum(), value), cuts[:-1][inside], cuts[1:][inside])
+        return np.unique(np.concatenate([cuts[levels == value], roots]))
 
     # -- shared by the kinds --------------------------------------------------------------------
 

@@ -60,14 +60,18 @@ def _binomials(degree: int) -> Float:
 
 
 def product(a: Float, b: Float) -> Float:
-    """Coefficients (da + db + 1,) of the product of a (da + 1,) and b (db + 1,)."""
-    da, db = len(a) - 1, len(b) - 1
-    return np.convolve(a * _binomials(da), b * _binomials(db)) / _binomials(da + db)
+    """Coefficients (n, da + db + 1) of the products of a (n, da + 1) and b (n, db + 1)."""
+    da, db = a.shape[1] - 1, b.shape[1] - 1
+    a, b = a * _binomials(da), b * _binomials(db)
+    result = np.zeros((len(a), da + db + 1))
+    for i in range(da + 1):
+        result[:, i : i + db + 1] += a[:, i : i + 1] * b
+    return result / _binomials(da + db)
 
 
 def derivative(c: Float) -> Float:
-    """Coefficients (d,) of the derivative of c (d + 1,)."""
-    return (len(c) - 1) * (c[1:] - c[:-1])
+    """Coefficients (n, d) of the derivatives of c (n, d + 1)."""
+    return (c.shape[1] - 1) * (c[:, 1:] - c[:, :-1])
 
 
 def sign_changes(c: Float) -> list[float]:

@@ -10,15 +10,13 @@ from numpy.typing import NDArray
 
 from fubini.curves import bernstein
 from fubini.curves.base import NOISE
+from fubini.curves.nearest import Table, sample
 from fubini.errors import GeometryError
 
 Float = NDArray[np.float64]
 
 #: Parameters closer than this to a break are taken to be the break.
 _SNAP = 4 * np.finfo(float).eps
-
-#: The table of samples is refined, at most so often, where the curve is this far (times the chord) off it.
-_SAG, _HALVINGS = 0.25, 8
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,25 +99,11 @@ class Chain:
         return Chain(1.0 - self.breaks[::-1], self.poles[::-1, ::-1].copy(), self.origin, self.rational)
 
     @cached_property
-    def table(self) -> tuple[Float, Float]:
-        """Sorted parameters (m,), dense enough to start searches from, all breaks included; points (m, 2).
-
-        Intervals are halved where the curve leaves its chord, as it does under uneven weights.
-        """
+    def table(self) -> Table:
+        """Samples to start searches from, all breaks included."""
         per = 3 * self.degree
         inner = self.breaks[:-1, None] + np.diff(self.breaks)[:, None] * (np.arange(per) / per)
-        t = np.concatenate([inner.ravel(), [1.0]])
-        p = self.evaluate(t, 0)[0]
-        for _ in range(_HALVINGS):
-            middle = (t[:-1] + t[1:]) / 2.0
-            m = self.evaluate(middle, 0)[0]
-            sag = np.hypot(*(m - (p[:-1] + p[1:]) / 2.0).T)
-            coarse = np.nonzero(sag > _SAG * np.hypot(*np.diff(p, axis=0).T))[0]
-            if len(coarse) == 0:
-                break
-            t = np.insert(t, coarse + 1, middle[coarse])
-            p = np.insert(p, coarse + 1, m[coarse], axis=0)
-        return t, p
+        return sample(lambda t: self.evaluate(t, 0)[0], np.concatenate([inner.ravel(), [1.0]]))
 
     @cached_property
     def _flat_poles(self) -> Float:
@@ -139,13 +123,13 @@ class Chain:
 
     def extremes(self, axis: int) -> Float:
         """Sorted parameters (m,) from 0 to 1, among them all breaks and all extremes of the coordinate."""
+        x, w = self.poles[..., axis], self.poles[..., 2]
+        rate = bernstein.derivative(x)
+        if self.rational:  # the numerator of (x / w)'
+            rate = bernstein.product(rate, w) - bernstein.product(x, bernstein.derivative(w))
         found = [self.breaks]
-        for k, piece in enumerate(self.poles):
-            x, w = piece[:, axis], piece[:, 2]
-            rate = bernstein.derivative(x)
-            if self.rational:
-                rate = bernstein.product(rate, w) - bernstein.product(x, bernstein.derivative(w))
-            u = np.array(bernstein.sign_changes(rate))
+        for k in np.nonzero((rate.min(axis=1) <= 0.0) & (rate.max(axis=1) >= 0.0))[0]:
+            u = np.array(bernstein.sign_changes(rate[k]))
             found.append(self.breaks[k] + u * (self.breaks[k + 1] - self.breaks[k]))
         return np.unique(np.concatenate(found))
 

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from fubini.curves import moments
 from fubini.curves.base import NOISE, Curve, Float, affine, frozen, other
-from fubini.curves.nearest import nearest
+from fubini.curves.nearest import Table, nearest, sample
 from fubini.curves.quadrature import arc_length, fixed
 from fubini.errors import GeometryError
 
@@ -79,12 +80,12 @@ class Conic(Curve):
         swing = 2.0 * np.sin(np.minimum(t, 1.0 - t) * abs(sweep) / 2.0) ** 2
         return t[(t > 0.0) & (t < 1.0) & (swing > hidden)]
 
-    def _invert(self, axis: int, values: Float, t0: float, t1: float) -> Float:
+    def _invert(self, axis: int, values: Float, t0: float | Float, t1: float | Float) -> Float:
         r, phi = self._extreme(axis)
         sweep = self.angle1 - self.angle0
         # the half turn between two extremes that holds the stretch: cos(u - phi) = (-1)^k cos s, 0 <= s <= pi
-        k = math.floor((self.angle0 + sweep * (t0 + t1) / 2 - phi) / math.pi)
-        cosine = (values - self.center[axis]) / (r if k % 2 == 0 else -r)
+        k = np.floor((self.angle0 + sweep * (t0 + t1) / 2 - phi) / math.pi)
+        cosine = (values - self.center[axis]) / np.where(k % 2 == 0, r, -r)
         s = np.arccos(np.clip(cosine, -1.0, 1.0))
         return np.clip((phi + k * math.pi + s - self.angle0) / sweep, t0, t1)
 
@@ -211,8 +212,11 @@ class EllipticalArc(Conic):
         return arc_length(self._derivative, np.linspace(0.0, 1.0, 5), t0, t1)
 
     def closest(self, points: ArrayLike) -> tuple[Float, Float]:
-        t = np.linspace(0.0, 1.0, 65)
-        return nearest(self, t, self.point(t), points)
+        return nearest(self, self._table, points)
+
+    @cached_property
+    def _table(self) -> Table:
+        return sample(self._point, np.linspace(0.0, 1.0, 17))
 
     def trim(self, t0: float, t1: float) -> EllipticalArc:
         self._check_trim(t0, t1)

@@ -65,7 +65,7 @@ class Line(Curve):
         other(axis)
         return np.empty(0)
 
-    def _invert(self, axis: int, values: Float, t0: float, t1: float) -> Float:
+    def _invert(self, axis: int, values: Float, t0: float | Float, t1: float | Float) -> Float:
         a, b = self.start[axis], self.end[axis]
         # counted from the nearer end, where the quotient is the most accurate
         from_a, from_b = values - a, b - values

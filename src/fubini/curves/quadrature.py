@@ -39,21 +39,22 @@ def adaptive(f: Callable[[Float], Float], breaks: Float, relative: float, order:
     value, component by component.
     """
     a, b = breaks[:-1], breaks[1:]
-    whole = _on(f, a, b, order)
+    whole, absolute = _on(f, a, b, order)
     total = np.zeros(whole.shape[1])
-    scale = _on(lambda t: np.abs(f(t)), a, b, order).sum(axis=0)
+    scale = absolute.sum(axis=0)
     for _ in range(_LEVELS):
         if len(a) > _INTERVALS:
             break
         middle = (a + b) / 2
-        left, right = _on(f, a, middle, order), _on(f, middle, b, order)
-        good = (np.abs(left + right - whole) <= relative * scale).all(axis=1)
-        total += (left + right)[good].sum(axis=0)
-        if good.all():
+        a, b = np.concatenate([a, middle]), np.concatenate([middle, b])
+        halves = _on(f, a, b, order)[0]
+        both = halves[: len(middle)] + halves[len(middle) :]
+        bad = (np.abs(both - whole) > relative * scale).any(axis=1)
+        total += both[~bad].sum(axis=0)
+        if not bad.any():
             return total
-        bad = ~good
-        a, b = np.concatenate([a[bad], middle[bad]]), np.concatenate([middle[bad], b[bad]])
-        whole = np.concatenate([left[bad], right[bad]])
+        again = np.concatenate([bad, bad])
+        a, b, whole = a[again], b[again], halves[again]
     return total + whole.sum(axis=0)
 
 
@@ -72,8 +73,9 @@ def arc_length(derivative: Callable[[Float], Float], breaks: Float, t0: float, t
     return length if t1 > t0 else -length
 
 
-def _on(f: Callable[[Float], Float], a: Float, b: Float, order: int) -> Float:
+def _on(f: Callable[[Float], Float], a: Float, b: Float, order: int) -> tuple[Float, Float]:
+    """Integrals (n, m) of f and of its absolute value over the intervals [a, b] (n,)."""
     x, w = gauss(order)
-    t = a[:, None] + (b - a)[:, None] * x
-    values = f(t.ravel()).reshape(len(a), order, -1)
-    return np.einsum("nkm,k->nm", values, w) * (b - a)[:, None]
+    h = (b - a)[:, None]
+    values = f((a[:, None] + h * x).ravel()).reshape(len(a), order, -1)
+    return h * np.einsum("nkm,k->nm", values, w), h * np.einsum("nkm,k->nm", np.abs(values), w)

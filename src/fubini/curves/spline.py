@@ -6,7 +6,6 @@ import itertools
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -49,7 +48,7 @@ class Spline(Curve):
         return arc_length(self._derivative, self.chain.breaks, t0, t1)
 
     def closest(self, points: ArrayLike) -> tuple[Float, Float]:
-        return nearest(self, *self.chain.table, points)
+        return nearest(self, self.chain.table, points)
 
     @cached_property
     def _turns(self) -> tuple[Float, Float]:
@@ -59,21 +58,24 @@ class Spline(Curve):
         other(axis)
         return self._turns[axis].copy()
 
-    def _invert(self, axis: int, values: Float, t0: float, t1: float) -> Float:
-        t, p = self.chain.table
-        inside = (t > t0) & (t < t1)
-        ends = self._point(np.array([t0, t1]))[:, axis]
-        t = np.array([t0, *t[inside], t1])
-        levels = np.array([ends[0], *p[inside, axis], ends[1]])
-        sign = 1.0 if ends[1] >= ends[0] else -1.0
-        levels, target = np.maximum.accumulate(sign * levels), sign * values
-        i = np.clip(np.searchsorted(levels, target, side="right") - 1, 0, len(t) - 2)
+    def _invert(self, axis: int, values: Float, t0: float | Float, t1: float | Float) -> Float:
+        low, high = np.broadcast_to(t0, values.shape), np.broadcast_to(t1, values.shape)
+        a, b = self._point(low)[:, axis], self._point(high)[:, axis]
+        sign = np.where(b >= a, 1.0, -1.0)
+        if np.ndim(t0) == 0 and len(values):  # one stretch: the table narrows it
+            t, p = self.chain.table.t, self.chain.table.points
+            inside = (t > t0) & (t < t1)
+            t = np.concatenate([low[:1], t[inside], high[:1]])
+            levels = np.concatenate([a[:1], p[inside, axis], b[:1]])
+            levels = np.maximum.accumulate(sign[0] * levels)
+            i = np.clip(np.searchsorted(levels, sign[0] * values, side="right") - 1, 0, len(t) - 2)
+            low, high, a, b = t[i], t[i + 1], sign * levels[i], sign * levels[i + 1]
         with np.errstate(divide="ignore", invalid="ignore"):
-            part = np.clip((target - levels[i]) / (levels[i + 1] - levels[i]), 0.0, 1.0)
-        guess = t[i] + np.where(np.isfinite(part), part, 0.5) * (t[i + 1] - t[i])
-        return self._root(axis, values, sign, t[i], t[i + 1], guess)
+            part = np.clip((values - a) / (b - a), 0.0, 1.0)
+        guess = low + np.where(np.isfinite(part), part, 0.5) * (high - low)
+        return self._root(axis, values, sign, low, high, guess)
 
-    def _root(self, axis: int, values: Float, sign: float, low: Float, high: Float, guess: Float) -> Float:
+    def _root(self, axis: int, values: Float, sign: Float, low: Float, high: Float, guess: Float) -> Float:
         """Where the coordinate, rising by ``sign``, takes ``values``: Newton, bisection where it strays.
 
         A parameter is taken as soon as its coordinate is right to rounding.
@@ -84,7 +86,7 @@ class Spline(Curve):
         left = np.arange(len(values))
         for _ in range(_STEPS):
             p, d = self.chain.evaluate(t[left], 1)
-            gap, slope = sign * (p[:, axis] - values[left]), sign * d[:, axis]
+            gap, slope = sign[left] * (p[:, axis] - values[left]), sign[left] * d[:, axis]
             go = np.abs(gap) > enough
             left, gap, slope = left[go], gap[go], slope[go]
             if len(left) == 0:
@@ -108,7 +110,7 @@ class Spline(Curve):
             return moments.integrand(p - o, d)
 
         if self.chain.rational:
-            inner = adaptive(integrand, self.chain.breaks, 1e-15)
+            inner = adaptive(integrand, self.chain.breaks, 1e-14)
         else:  # second moments have degree 4 d - 1
             inner = fixed(integrand, self.chain.breaks, 2 * self.chain.degree).sum(axis=0)
         ends = self._point(np.array([0.0, 1.0])) - o
@@ -311,8 +313,17 @@ class BSpline(Spline):
         poles, w = _plain(piece)
         times = np.full(len(breaks), self.degree)
         times[[0, -1]] += 1
-        ends: dict[str, Any] = {"start": self.point(t0), "end": self.point(t1)}
-        return BSpline(self.degree, np.repeat(breaks, times), poles, w, **ends)
+        result = BSpline.__new__(BSpline)  # sound by construction, and its Bezier pieces are at hand
+        result._store(
+            degree=self.degree,
+            knots=frozen(np.repeat(breaks, times), (None,), "knots"),
+            poles=frozen(poles, (None, 2), "poles"),
+            weights=None if w is None else frozen(w, (None,), "weights"),
+            start=frozen(self.point(t0), (2,), "start"),
+            end=frozen(self.point(t1), (2,), "end"),
+            chain=piece,
+        )
+        return result
 
     def reverse(self) -> BSpline:
         w = None if self.weights is None else self.weights[::-1]
