@@ -19,7 +19,7 @@ class OptimiseOptions:
     min_skew : degrees; every triangle is to have more. Below 90; beyond about 50 no promise is made.
     max_aspect_ratio : every triangle is to have less; only a bound below what ``min_skew`` implies costs time.
     budget : move attempts at most; None allows 4000 and 400 for each flawed triangle.
-    stretch : no new edge is longer than this times the size wanted at its ends.
+    growth : no move makes an inner edge, or a merged boundary edge, longer than this times the size wanted at its ends.
     max_sag : boundary nodes are merged away only where the chord stays within this share of its length.
     allow_splits : whether boundary segments may be split at all.
     improve : share of the effort spent on raising the worst triangles once all are valid; 0 for none.
@@ -29,7 +29,7 @@ class OptimiseOptions:
     min_skew: float = MIN_SKEW
     max_aspect_ratio: float = MAX_ASPECT_RATIO
     budget: int | None = None
-    stretch: float = 1.7
+    growth: float = 1.5
     max_sag: float = 0.04
     allow_splits: bool = True
     improve: float = 0.1
@@ -40,6 +40,8 @@ class OptimiseOptions:
             raise OptionError(f"min_skew is {self.min_skew}", fix="choose an angle between 0 and 90 degrees")
         if not self.max_aspect_ratio > 1.0:
             raise OptionError(f"max_aspect_ratio is {self.max_aspect_ratio}", fix="choose a number above 1")
+        if not self.growth > 1.0:
+            raise OptionError(f"growth is {self.growth}", fix="choose a number above 1")
         if self.budget is not None and self.budget < 0:
             raise OptionError(f"budget is {self.budget}", fix="choose 0 or more, or None")
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from fubini.errors import OptionError
 from fubini.optimise._kernels_state import INSERTED, NODES, TRIANGLES, work
@@ -22,7 +22,7 @@ def refine(
     h: float,
     gradient: float = 0.35,
     size: ArrayLike | None = None,
-) -> tuple[Triangulation, NDArray[np.float64]]:
+) -> Triangulation:
     """Insert interior points until every triangle meets the graded size; the boundary stays as it is.
 
     The size wanted at a place is the least of ``h`` and ``size_i + gradient * distance`` over the nodes. Points
@@ -39,7 +39,7 @@ def refine(
 
     Returns
     -------
-    The triangulation with the new points behind the old ones, and the sizes (n,) wanted at its nodes.
+    The triangulation, the new points behind the old ones.
     """
     from fubini.optimise._kernels_loop import FULL
     from fubini.optimise._kernels_refine import advance
@@ -58,12 +58,11 @@ def refine(
         state = extend_state(state, 2 * len(state.points))
     n, m = int(state.counts[NODES]), int(state.counts[TRIANGLES])
     if state.counts[INSERTED] == 0:
-        return triangulation, state.size[:n]
-    result = Triangulation(
+        return triangulation
+    return Triangulation(
         points=state.points[:n],
         triangles=state.tri[:m],
         neighbours=state.nbr[:m],
         boundary=triangulation.boundary,
         unrecovered=triangulation.unrecovered,
     )
-    return result, state.size[:n]

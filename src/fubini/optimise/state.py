@@ -42,7 +42,7 @@ def rule_of(options: OptimiseOptions) -> NDArray[np.float64]:
     if options.max_aspect_ratio <= implied_aspect_ratio(options.min_skew):
         # the scale of f is steeper in the aspect ratio: a margin of its own
         rule[AR] = 1.0 + (options.max_aspect_ratio - 1.0) * (1.0 - MARGIN)
-    rule[SAG], rule[STRETCH] = options.max_sag, options.stretch
+    rule[SAG], rule[STRETCH] = options.max_sag, options.growth
     return rule
 
 
