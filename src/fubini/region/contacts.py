@@ -18,11 +18,14 @@ Float = NDArray[np.float64]
 Int = NDArray[np.int64]
 Bool = NDArray[np.bool_]
 
-#: Halvings of a part before the search gives up on a pair (2^-44 of a curve is below rounding).
-_DEPTH = 44
+#: Halvings of a part before the search gives up on a pair (below rounding, of either curve).
+_DEPTH = 60
 
 #: More pieces than this alive for one pair of parts: they run along each other.
 _CROWD = 600
+
+#: Points at which such a pair is measured.
+_PROBES = 65
 
 #: Contacts nearer than this along the loop (times the diagonal) are one joint with its tiny edges.
 _NEIGHBOURS = 1e-6
@@ -60,11 +63,12 @@ class _Pairs:
     def select(self, keep: Bool | Int) -> _Pairs:
         return _Pairs(*(getattr(self, f)[keep] for f in ("a", "a0", "a1", "b", "b0", "b1")))
 
-    def halved(self) -> _Pairs:
-        """All four combinations of the halves."""
-        am, bm = 0.5 * (self.a0 + self.a1), 0.5 * (self.b0 + self.b1)
+    def halved(self, cut_a: Bool, cut_b: Bool) -> _Pairs:
+        """All combinations of the halves, of those pieces that are to be cut."""
+        am = np.where(cut_a, 0.5 * (self.a0 + self.a1), self.a1)
+        bm = np.where(cut_b, 0.5 * (self.b0 + self.b1), self.b1)
         quarters = [
-            _Pairs(self.a, a0, a1, self.b, b0, b1)
+            _Pairs(self.a, a0, a1, self.b, b0, b1).select((a0 < a1) & (b0 < b1))
             for a0, a1 in ((self.a0, am), (am, self.a1))
             for b0, b1 in ((self.b0, bm), (bm, self.b1))
         ]
@@ -98,7 +102,7 @@ def find_contacts(parts: Parts, tolerance: float, diagonal: float) -> list[Conta
         for group, slack in ((~near, tolerance), (near, 0.0)):
             found += _search(parts, pairs.select(group), slack, tolerance, diagonal)
     found.sort(key=lambda c: (c.a, c.b))
-    return [c for c in found if not _is_joint(parts, c, diagonal)]
+    return found
 
 
 def _search(parts: Parts, pairs: _Pairs, slack: float, tolerance: float, diagonal: float) -> list[Contact]:
@@ -107,15 +111,17 @@ def _search(parts: Parts, pairs: _Pairs, slack: float, tolerance: float, diagona
         if not len(pairs):
             break
         a, b = _strip(parts, pairs.a, pairs.a0, pairs.a1), _strip(parts, pairs.b, pairs.b0, pairs.b1)
-        alive = ~_apart(a, b, slack) & ~_only_joint(parts, pairs, a, b, 0.1 * _NEIGHBOURS * diagonal)
-        pairs, a, b = pairs.select(alive), _pick(a, alive), _pick(b, alive)
-        meets, crossing = _meets(a, b, tolerance if slack > 0.0 else -1.0)
-        new = _contacts(parts, pairs, a, b, meets, crossing)
-        found += new
-        pairs = _without(parts, pairs, new)
+        done = _apart(a, b, slack) | _only_joint(parts, pairs, a, b, _NEIGHBOURS * diagonal)
+        pairs, a, b = pairs.select(~done), _pick(a, ~done), _pick(b, ~done)
+        meets, crossing = _meets(a, b, slack, tolerance)
+        new = [c for c in _contacts(parts, pairs, a, b, meets, crossing) if not _is_joint(parts, c, diagonal)]
+        pairs = pairs.select(~meets).halved(
+            (a.length >= 0.5 * b.length)[~meets], (b.length >= 0.5 * a.length)[~meets]
+        )
         pairs, crowded = _thin_out(parts, pairs, tolerance)
-        found += crowded
-        pairs = pairs.halved()
+        new += [c for c in crowded if not _is_joint(parts, c, diagonal)]
+        pairs = _without(parts, pairs, new)
+        found += new
     return found
 
 
@@ -156,7 +162,10 @@ def _apart(a: _Strip, b: _Strip, slack: float) -> Bool:
 
 
 def _only_joint(parts: Parts, pairs: _Pairs, a: _Strip, b: _Strip, short: float) -> Bool:
-    """Whether the pieces share the joint of their parts and lie in different sectors around it."""
+    """Whether the pieces meet at the joint of their parts and nowhere else that counts.
+
+    They lie in different sectors around it, or within ``short`` of it.
+    """
     done = np.zeros(len(pairs), dtype=bool)
     starts_a, ends_a = pairs.a0 == parts.t0[pairs.a], pairs.a1 == parts.t1[pairs.a]
     starts_b, ends_b = pairs.b0 == parts.t0[pairs.b], pairs.b1 == parts.t1[pairs.b]
@@ -165,8 +174,20 @@ def _only_joint(parts: Parts, pairs: _Pairs, a: _Strip, b: _Strip, short: float)
     for joint, sign in ((ahead & ~behind, 1.0), (behind & ~ahead, -1.0)):
         u, v = -sign * a.chord, sign * b.chord
         between = np.abs(np.arctan2(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0], (u * v).sum(axis=1)))
-        done |= joint & ((between > _swing(a) + _swing(b) + 1e-12) | (np.maximum(a.length, b.length) < short))
-    return done
+        done |= joint & (between > _swing(a) + _swing(b) + 1e-12)
+    for first, p, second, q in (
+        (a, parts.p1[pairs.a], b, parts.p0[pairs.b]),
+        (b, parts.p1[pairs.b], a, parts.p0[pairs.a]),
+    ):
+        close = np.hypot(*(p - q).T) <= short
+        done |= close & (_radius(first, p) <= short) & (_radius(second, q) <= short)
+    return done & (parts.loop[pairs.a] == parts.loop[pairs.b])
+
+
+def _radius(strip: _Strip, center: Float) -> Float:
+    """Largest distance (n,) of the sampled points from a point (n, 2) for each piece."""
+    off = strip.points - center[:, None]
+    return np.hypot(off[..., 0], off[..., 1]).max(axis=1)
 
 
 def _swing(strip: _Strip) -> Float:
@@ -174,8 +195,12 @@ def _swing(strip: _Strip) -> Float:
     return 5.0 * strip.height / np.maximum(strip.length, np.finfo(float).tiny)
 
 
-def _meets(a: _Strip, b: _Strip, tolerance: float) -> tuple[Bool, Bool]:
-    """Which pairs meet for certain (sampled points within ``tolerance``, or a crossing); which cross."""
+def _meets(a: _Strip, b: _Strip, slack: float, tolerance: float) -> tuple[Bool, Bool]:
+    """Which pairs meet for certain (sampled points within ``tolerance``, or a crossing); which cross.
+
+    Neighbours (``slack`` is zero) come close without fault; for them only what cannot be told apart
+    at the scale of the tolerance counts.
+    """
     p, d, q, e = a.points[:, 0], a.chord, b.points[:, 0], b.chord
     cross = d[:, 0] * e[:, 1] - d[:, 1] * e[:, 0]
     between = np.abs(np.arctan2(cross, (d * e).sum(axis=1)))
@@ -188,7 +213,10 @@ def _meets(a: _Strip, b: _Strip, tolerance: float) -> tuple[Bool, Bool]:
         margin_a = 2.0 * (a.height + b.height) / (a.length * np.sin(between)) + 1e-12
         margin_b = 2.0 * (a.height + b.height) / (b.length * np.sin(between)) + 1e-12
         crossing = steep & (s > margin_a) & (s < 1 - margin_a) & (t > margin_b) & (t < 1 - margin_b)
-    return crossing | (_point_distance(a, b) <= tolerance), crossing
+    near = _point_distance(a, b) <= tolerance
+    if slack == 0.0:
+        near &= np.maximum(a.length, b.length) <= tolerance
+    return crossing | near, crossing
 
 
 def _point_distance(a: _Strip, b: _Strip) -> Float:
@@ -253,6 +281,7 @@ def _thin_out(parts: Parts, pairs: _Pairs, tolerance: float) -> tuple[_Pairs, li
     for k in np.flatnonzero(count > _CROWD):
         a, b = int(pairs.a[first[k]]), int(pairs.b[first[k]])
         t = np.unique(np.concatenate([pairs.a0[key == values[k]], pairs.a1[key == values[k]]]))
+        t = t[np.linspace(0, len(t) - 1, _PROBES).astype(np.int64)]
         points = np.asarray(parts.curves[parts.curve[a]].point(t), float)
         tb, distance = parts.curves[parts.curve[b]].closest(points)
         inside = (tb >= parts.t0[b]) & (tb <= parts.t1[b])
@@ -260,7 +289,7 @@ def _thin_out(parts: Parts, pairs: _Pairs, tolerance: float) -> tuple[_Pairs, li
         i = int(np.argmin(distance))
         if distance[i] <= tolerance:
             found.append(Contact(a, b, float(t[i]), float(tb[i]), points[i], False))
-        if distance[i] <= tolerance or count[k] > 16 * _CROWD:
+        if distance[i] <= tolerance or count[k] > 8 * _CROWD:
             settled.append(values[k])
     return pairs.select(~np.isin(key, np.array(settled, dtype=np.int64))), found
 
