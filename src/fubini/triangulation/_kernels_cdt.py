@@ -24,6 +24,9 @@ from fubini.triangulation._kernels_topology import (
 #: The far corners lie this many extents away: then a hull edge is missing only where the hull is nearly flat.
 FAR = 1024.0
 
+#: Neighbour of the far triangle: smaller than the code of any segment.
+NOTHING = -(2**31) + 1
+
 #: Ways in which segments fail to enclose a region (bits of the status of ``extract``).
 LEAKED, CONTRADICTED = 1, 2
 
@@ -79,7 +82,7 @@ def delaunay(points, order):
     neighbours = np.empty((2 * n + 1, 3), np.int32)
     vertex_triangle = np.empty(n + 3, np.int32)
     for i in range(3):
-        triangles[0, i], neighbours[0, i] = n + i, -1
+        triangles[0, i], neighbours[0, i] = n + i, NOTHING
         vertex_triangle[n + i] = 0
     count = 1
     t = np.int64(0)
@@ -266,18 +269,24 @@ def recover_all(points, triangles, neighbours, vertex_triangle, segments, rank, 
 
 @kernel
 def flood(triangles, neighbours, half_edge, count, n):
-    """Number the triangles on the left of the segments: (count,) int32, -1 for others; and how many.
+    """Number the triangles on the left of the segments; returns number (count,), how many, and LEAKED or 0.
 
-    Stops at cut edges and at triangles that have a far corner (ranks from n on). Numbers follow the slots.
+    Stops at cut edges and at triangles that have a far corner (ranks from n on). Numbers follow the slots; others
+    have -1. A segment with a far triangle on its left leaks.
     """
+    leaked = 0
     number = np.empty(count, np.int32)
     for t in range(count):
         far = triangles[t, 0] >= n or triangles[t, 1] >= n or triangles[t, 2] >= n
         number[t] = -2 if far else -1
     stack = np.empty(count, np.int32)
     for s in range(half_edge.shape[0]):
+        if half_edge[s] < 0:
+            continue
         t = half_edge[s] // 3
-        if half_edge[s] < 0 or number[t] != -1:
+        if number[t] == -2:
+            leaked = LEAKED
+        if number[t] != -1:
             continue
         stack[0], number[t] = t, 0
         waiting = 1
@@ -296,7 +305,7 @@ def flood(triangles, neighbours, half_edge, count, n):
             kept += 1
         else:
             number[t] = -1
-    return number, kept
+    return number, kept, leaked
 
 
 @kernel
@@ -361,6 +370,6 @@ def extract(triangles, neighbours, half_edge, order, fixed):
     neighbours (m, 3), dropped (d,) indices of points left out, and status bits (LEAKED, CONTRADICTED).
     """
     n = order.shape[0]
-    number, kept = flood(triangles, neighbours, half_edge, triangles.shape[0], n)
+    number, kept, leaked = flood(triangles, neighbours, half_edge, triangles.shape[0], n)
     out, across, status = compact(triangles, neighbours, number, kept, order, half_edge.shape[0])
-    return out, across, drop_unused(out, n, fixed), status
+    return out, across, drop_unused(out, n, fixed), leaked | status
