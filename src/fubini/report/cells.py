@@ -53,6 +53,8 @@ def plot_cells(
     if not several or len(several) != len(groups):
         raise OptionError(f"{len(several)} regions, but {len(groups)} lists of cells")
     shifts, low, high = _arrange([np.asarray(r.bounding_box) for r in several])
+    if titles is not None:
+        low = low - (0.0, 0.03 * float((high - low).max()))
     figure, axes, _ = new_figure(low, high, width, dpi)
     font = float(np.clip(9.0 - 0.03 * sum(map(len, groups)), 4.0, 9.0))
     for k, (region, group) in enumerate(zip(several, groups)):
@@ -98,11 +100,31 @@ def _samples(breaks: Float) -> Float:
     return np.append(stretches[:, :-1].ravel(), breaks[-1])
 
 
-def _slices(cell: Cell) -> list[Float]:
-    """The two sides of the cell that are slice lines, (2, 2) each; where r and s meet there is none."""
-    ends = [np.array([x, x]) for x in (cell.a, cell.b)]
-    sides = [cell.place(x, np.array([cell.r(x[0]), cell.s(x[0])])) for x in ends]
-    return [side for side in sides if np.ptp(side) > 0.0]
+def slices(cells: Sequence[Cell]) -> list[Float]:
+    """The slice lines between cells, (2, 2) each, no stretch twice: two cells share most of them."""
+    sides: dict[tuple[str, float], list[tuple[float, float]]] = {}
+    for cell in cells:
+        for x in (cell.a, cell.b):
+            low, high = float(cell.r(x)), float(cell.s(x))
+            if high > low:
+                sides.setdefault((cell.kind, x), []).append((low, high))
+    lines = []
+    for (kind, x), stretches in sides.items():
+        for low, high in _union(stretches):
+            line = np.array([[x, low], [x, high]])
+            lines.append(line if kind == "I1" else line[:, ::-1])
+    return lines
+
+
+def _union(stretches: list[tuple[float, float]]) -> list[tuple[float, float]]:
+    """Intervals joined where they overlap or touch."""
+    joined: list[tuple[float, float]] = []
+    for low, high in sorted(stretches):
+        if joined and low <= joined[-1][1]:
+            joined[-1] = (joined[-1][0], max(joined[-1][1], high))
+        else:
+            joined.append((low, high))
+    return joined
 
 
 def _arrange(boxes: Sequence[Float]) -> tuple[list[Float], Float, Float]:
@@ -127,8 +149,8 @@ def _draw_region(axes: Any, region: Region, cells: Sequence[Cell], shift: Float,
     fill = [PALETTE[c] for c in colours(cells)]
     patches = [outline(cell) + shift for cell in cells]
     axes.add_collection(PolyCollection(patches, facecolors=fill, edgecolors=fill, linewidths=0.4, zorder=1))
-    slices = [side + shift for cell in cells for side in _slices(cell)]
-    axes.add_collection(LineCollection(slices, colors="#6b7f93", linewidths=0.8, linestyles=(0, (4, 3)), zorder=2))
+    dashed = [line + shift for line in slices(cells)]
+    axes.add_collection(LineCollection(dashed, colors="#6b7f93", linewidths=0.8, linestyles=(0, (4, 3)), zorder=2))
     t = np.linspace(0.0, 1.0, 129)
     bold = [curve.point(t) + shift for curve in region.curves]
     axes.add_collection(LineCollection(bold, colors=BOLD, linewidths=1.3, capstyle="round", zorder=3))

@@ -22,6 +22,9 @@ from fubini.tolerance import MAX_ASPECT_RATIO, MIN_SKEW
 Float = NDArray[np.float64]
 Int = NDArray[np.int64]
 
+#: Formats that both libraries read and trimesh reads better.
+SURFACE_SUFFIXES = frozenset({".stl", ".obj", ".ply", ".off"})
+
 
 @dataclass(frozen=True)
 class MeshCheck:
@@ -38,6 +41,8 @@ class MeshCheck:
     misoriented_edges : edges that two triangles run through in one direction.
     duplicate_triangles : triangles with the same three corners as an earlier one.
     degenerate_triangles : triangles of no area.
+    duplicate_points : points at the place of another, as one in the figures; those of STL are not counted,
+        as the format itself cannot share points.
     other_cells : cells of the file that are no triangles, left out.
     faces : number of different values of the cell data ``face``; 0 without it.
     """
@@ -61,13 +66,14 @@ class MeshCheck:
     misoriented_edges: int
     duplicate_triangles: int
     degenerate_triangles: int
+    duplicate_points: int
     other_cells: int
     faces: int
 
     @property
     def valid(self) -> bool:
-        """No triangle is flawed but the unavoidable ones."""
-        return self.excess == 0
+        """No triangle is flawed but the unavoidable ones, and none is without area."""
+        return self.excess == 0 and self.degenerate_triangles == 0
 
     def to_json(self) -> dict[str, Any]:
         """All figures and ``valid``, for strict JSON."""
@@ -83,6 +89,8 @@ def check(source: Any, *, min_skew: float = MIN_SKEW, max_aspect_ratio: float = 
     InputError : the file cannot be read or holds no triangle, or a coordinate is not finite.
     """
     label, points, triangles, owner, others = read_triangles(source)
+    used = len(np.unique(triangles))
+    points, triangles = merge_equal(points, triangles)
     shape = triangle_figures(points, triangles)
     flawed = np.flatnonzero(shape.flawed(min_skew, max_aspect_ratio))
     sharp = _sharp_corners(points, triangles, owner, flawed, corner_limit(min_skew, max_aspect_ratio))
@@ -93,7 +101,7 @@ def check(source: Any, *, min_skew: float = MIN_SKEW, max_aspect_ratio: float = 
     x, y, z = points[triangles[worst]].mean(0).tolist()
     return MeshCheck(
         source=label,
-        points=len(np.unique(triangles)),
+        points=len(points),
         triangles=len(triangles),
         flawed=len(flawed),
         unavoidable=len(sharp),
@@ -106,16 +114,14 @@ def check(source: Any, *, min_skew: float = MIN_SKEW, max_aspect_ratio: float = 
         max_angle=float(shape.greatest.max()),
         **_topology(triangles, len(points)),
         **_sizes(shape),
+        duplicate_points=0 if label.lower().endswith(".stl") else used - len(points),
         other_cells=others,
         faces=0 if owner is None else len(np.unique(owner)),
     )
 
 
 def read_triangles(source: Any) -> tuple[str, Float, Int, Int | None, int]:
-    """Label, points (n, 3), triangles (m, 3), face of each or None, and the number of other cells.
-
-    Triangles of an STL file share points that agree bit for bit, as the format itself cannot say.
-    """
+    """Label, points (n, 3), triangles (m, 3), face of each or None, and the number of other cells."""
     others, owner = 0, None
     if isinstance(source, (str, Path)):
         label = str(source)
@@ -130,7 +136,7 @@ def read_triangles(source: Any) -> tuple[str, Float, Int, Int | None, int]:
         points, triangles = mesh.vertices, mesh.faces
     else:
         raise InputError(f"{label} is no triangle mesh", fix="give a path or a mesh of trimesh or meshio")
-    points = np.array(points, np.float64).reshape(len(points), -1)
+    points = np.array(points, np.float64)
     triangles = np.array(triangles, np.int64).reshape(-1, 3)
     if not len(triangles):
         raise InputError("no triangle in the file", file=label)
@@ -141,30 +147,32 @@ def read_triangles(source: Any) -> tuple[str, Float, Int, Int | None, int]:
     bad = np.flatnonzero(~np.isfinite(points).all(1))
     if len(bad):
         raise InputError(f"point {bad[0]} is not finite", file=label)
-    if label.lower().endswith(".stl"):
-        points, number = np.unique(points, axis=0, return_inverse=True)
-        triangles = number.reshape(-1)[triangles]
     return label, points, triangles, None if owner is None else np.asarray(owner, np.int64), others
 
 
+def merge_equal(points: Float, triangles: Int) -> tuple[Float, Int]:
+    """The points that triangles use, each place once, and the triangles over them."""
+    used, number = np.unique(triangles, return_inverse=True)
+    places, place = np.unique(points[used] + 0.0, axis=0, return_inverse=True)
+    return places, place.reshape(-1)[number.reshape(-1)].reshape(-1, 3)
+
+
 def _read(path: Path) -> Any:
-    """The mesh of a file by trimesh, or by meshio for what trimesh does not know."""
+    """The mesh of a file: by meshio, which keeps cell data, but for the surface formats of trimesh."""
     if not path.is_file():
         raise InputError("no such file", file=str(path))
+    import meshio
     import trimesh
 
-    if path.suffix[1:].lower() in trimesh.available_formats():
-        try:
-            return trimesh.load_mesh(path, process=False)
-        except Exception as error:  # readers raise whatever they meet
-            raise InputError(f"cannot be read as a mesh: {error}", file=str(path)) from error
-    import meshio
-
+    suffix = path.suffix.lower()
+    by_meshio = suffix in meshio.extension_to_filetypes and suffix not in SURFACE_SUFFIXES
+    if not by_meshio and suffix[1:] not in trimesh.available_formats():
+        raise InputError(f"unknown mesh format {suffix or '(no suffix)'!r}", file=str(path))
     said = io.StringIO()
     try:
-        # meshio prints what it dislikes and ends the process
+        # readers raise whatever they meet; meshio prints what it dislikes and ends the process
         with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
-            return meshio.read(path)
+            return meshio.read(path) if by_meshio else trimesh.load_mesh(path, process=False)
     except (Exception, SystemExit) as error:
         words = " ".join(said.getvalue().split()) or str(error)
         raise InputError(f"cannot be read as a mesh: {words}", file=str(path)) from error

@@ -39,14 +39,14 @@ def table(mesh: Mesh, rows: int = 40) -> str:
     hidden = ranked[rows:]
     if hidden:
         what = "all certified" if all(f.certified for f in hidden) else "not all certified"
-        text.insert(-1, f"... {len(hidden)} more faces, {what}")
+        text.insert(-1, f"... {_count(len(hidden), 'more face')}, {what}")
     return "\n".join([*text, *_remarks(mesh, rows)])
 
 
 def check_table(found: MeshCheck) -> str:
     """The figures of ``check`` as text."""
     at = ", ".join(f"{x:.6g}" for x in found.worst_at)
-    loops = f"{found.boundary_loops} boundary loops" if found.boundary_loops else "closed"
+    loops = _count(found.boundary_loops, "boundary loop") if found.boundary_loops else "closed"
     lines = [
         f"{found.source}: {found.triangles} triangles, {found.points} points, area {found.area:.9g}",
         f"flawed          {found.flawed} ({found.unavoidable} unavoidable, {found.excess} beyond them)",
@@ -54,7 +54,8 @@ def check_table(found: MeshCheck) -> str:
         f"worst AR        {found.worst_aspect_ratio:.4f}",
         f"angles          {found.min_angle:.4f} to {found.max_angle:.4f}",
         f"edges           {loops}, {found.nonmanifold_edges} non-manifold, {found.misoriented_edges} misoriented",
-        f"triangles       {found.degenerate_triangles} of no area, {found.duplicate_triangles} duplicate",
+        f"triangles       {found.degenerate_triangles} of no area, {found.duplicate_triangles} duplicate; "
+        f"{_count(found.duplicate_points, 'duplicate point')}",
         "valid" if found.valid else "NOT valid",
     ]
     return "\n".join(lines)
@@ -93,14 +94,21 @@ def _remarks(mesh: Mesh, rows: int) -> list[str]:
     lines = [
         f"face {f.face}{f' ({f.name})' if f.name else ''}: {reason}" for f in broken[:rows] for reason in f.reasons
     ]
-    lines += [f"... {len(broken) - rows} more faces are not certified"] if len(broken) > rows else []
+    lines += [f"... {_count(len(broken) - rows, 'more face')} not certified"] if len(broken) > rows else []
     corners = [c for f in certificate.faces for c in f.corners]
     if corners:
         least = min(c.angle for c in corners)
-        lines.append(f"{len(corners)} corners force a flawed triangle each (the sharpest has {least:.2f} degrees)")
+        lines.append(
+            f"{_count(len(corners), 'sharp corner')}, each unavoidably with a flawed triangle, from {least:.2f} degrees"
+        )
     if certificate.skipped_faces:
         skipped = mesh.model.skipped if mesh.model is not None else ()
         kinds = ", ".join(f"{n} {kind}" for kind, n in sorted(Counter(s.surface for s in skipped).items()))
-        lines.append(f"{certificate.skipped_faces} faces skipped" + (f": {kinds}" if kinds else ""))
+        lines.append(_count(certificate.skipped_faces, "face") + " skipped" + (f": {kinds}" if kinds else ""))
     lines += [f"note: {note}" for note in certificate.notes]
     return lines
+
+
+def _count(number: int, noun: str) -> str:
+    """The number with its noun, as in "1 face" and "2 faces"."""
+    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
