@@ -70,7 +70,6 @@ class _Parts:
     def add(self, value: Any) -> None:
         """Take in a live object of any kind."""
         front = _front_end(value)
-        wrapped = getattr(value, "wrapped", None)
         if occ.is_shape(value):
             self._add_shape(value)
         elif front and front[1] in _BUILDERS:
@@ -81,13 +80,13 @@ class _Parts:
             self._add_workplane(value)
         elif front == ("cadquery", "Sketch"):
             self._add_sketch(value)
-        elif occ.is_shape(wrapped):
+        elif _kernel_shape(value) is not None:
             self._add_labelled(value)
-        elif hasattr(value, "wrapped"):
-            raise InputError("an empty or shapeless object", file=describe(value), fix="give it geometry first")
-        elif isinstance(value, Iterable) and not isinstance(value, str | bytes | Mapping):
+        elif isinstance(value, Iterable) and not isinstance(value, str | bytes | Mapping) and not hasattr(type(value), "wrapped"):
             for item in value:
                 self.add(item)
+        elif front:
+            raise InputError("no shape in it", file=describe(value), fix="give an object that holds faces or outlines")
         else:
             raise InputError(f"cannot load a {type(value).__name__}", fix=f"give {_ACCEPTED}")
 
@@ -99,15 +98,23 @@ class _Parts:
     def _add_labelled(self, value: Any) -> None:
         """A shape of build123d or CadQuery; labels of children come before that of the whole."""
         self._add_shape(value.wrapped)
-        self._labels(value)
+        self._labels(value, value.wrapped)
 
-    def _labels(self, value: Any) -> None:
-        for child in getattr(value, "children", ()) or ():
-            if occ.is_shape(getattr(child, "wrapped", None)):
-                self._labels(child)
+    def _labels(self, value: Any, shape: Any) -> None:
+        """Labels of a tree of shapes. ``shape`` is the placed shape of ``value`` within the whole.
+
+        Moving a tree of build123d leaves the children where they were, so the parts of the compound
+        itself are taken, which stand in the same order.
+        """
+        children = [c for c in getattr(value, "children", ()) or () if _kernel_shape(c) is not None]
+        parts = list(occ.children(shape))
+        if len(parts) != len(children):
+            parts = [c.wrapped for c in children]
+        for child, part in zip(children, parts, strict=True):
+            self._labels(child, part)
         label = getattr(value, "label", None)
         if isinstance(label, str) and label:
-            self.name(value.wrapped, label)
+            self.name(shape, label)
 
     def _add_workplane(self, value: Any) -> None:
         """What lies on the stack; pending wires and edges, or the solid, where that has no faces."""
@@ -161,5 +168,14 @@ def _built(builder: Any, attribute: str) -> Any:
 
 def _wrapped(values: Iterable[Any]) -> list[Any]:
     """The kernel shapes among these objects; places and vectors are left aside."""
-    shapes = [getattr(v, "wrapped", None) for v in values]
-    return [s for s in shapes if occ.is_shape(s) and not s.IsNull() and s.ShapeType() != occ.VERTEX]
+    shapes = [_kernel_shape(v) for v in values]
+    return [s for s in shapes if s is not None and not s.IsNull() and s.ShapeType() != occ.VERTEX]
+
+
+def _kernel_shape(value: Any) -> Any:
+    """The ``TopoDS_Shape`` that an object wraps, or None."""
+    try:
+        wrapped = getattr(value, "wrapped", None)
+    except AssertionError:  # build123d's empty objects
+        return None
+    return wrapped if occ.is_shape(wrapped) else None

@@ -6,11 +6,14 @@ import dataclasses
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from fubini.cad.source import ReadOptions, Source, reader_for
 from fubini.errors import InputError
 from fubini.model import Model
+
+if TYPE_CHECKING:
+    from fubini.result import Mesh
 
 
 def load(
@@ -52,6 +55,16 @@ def read(source: Any, *, gap: float | None = None) -> Source:
     from fubini.cad.live import read_live
 
     return read_live(source)
+
+
+def attach(mesh: Mesh) -> Any:
+    """Write a mesh back onto its live CAD shape, so that the kernel's exporters and viewers use it.
+
+    Returns the ``TopoDS_Shape``, which is changed in place. Raises ``InputError`` when the mesh has none.
+    """
+    from fubini.cad.attaching import attach as write
+
+    return write(mesh)
 
 
 def _read_file(path: Path, options: ReadOptions) -> Source:

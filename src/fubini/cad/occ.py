@@ -84,6 +84,19 @@ class ShapeMap:
         return int(self._map.FindIndex(shape)) - 1
 
 
+class ShapeSet:
+    """A set of shapes that are told apart by ``IsSame``."""
+
+    def __init__(self) -> None:
+        self._map = _IndexedMap()
+
+    def add(self, shape: Any) -> bool:
+        """Put a shape in; False when it was there."""
+        before = self._map.Size()
+        self._map.Add(shape)
+        return bool(self._map.Size() > before)
+
+
 def unplaced(shape: Any) -> Any:
     """The shape without its placement: equal for all shapes that are ``IsPartner``."""
     return shape.Located(TopLoc_Location())
