@@ -113,8 +113,8 @@ def _refine(curve: Curve, q: Float, low: Float, high: Float) -> Float:
             step = np.where(slope > 0.0, -f / slope, np.inf)
         new = now + step
         stray = ~((new > low[left]) & (new < high[left]) & (np.abs(step) <= before[left] / 2.0))
-        near = (f == 0.0) | (np.abs(step) <= _CLOSE)
-        t[left] = np.where(near, now, np.where(stray, (low[left] + high[left]) / 2.0, new))
+        near = np.abs(step) <= _CLOSE
+        t[left] = np.where(stray & ~near, (low[left] + high[left]) / 2.0, new)
         before[left] = np.abs(t[left] - now)
         left = left[~near & (high[left] - low[left] > _CLOSE)]
     return t

@@ -82,7 +82,7 @@ class Spline(Curve):
         """
         t, before = guess.copy(), high - low
         low, high = low.copy(), high.copy()
-        enough = np.finfo(float).eps * (self.chain.noise(axis) / NOISE)
+        enough = self.chain.noise(axis) / 8.0
         left = np.arange(len(values))
         for _ in range(_STEPS):
             p, d = self.chain.evaluate(t[left], 1)
