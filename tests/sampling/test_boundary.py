@@ -47,7 +47,7 @@ def test_nodes_lie_on_their_tracks_and_loops_close(name):
 @pytest.mark.parametrize("name", CLASSICS)
 def test_every_curve_end_is_a_corner_node(name):
     make, size = CLASSICS[name]
-    boundary, sizing, _ = discretise(make(), size)
+    boundary, _sizing, _ = discretise(make(), size)
     starts = {tuple(c.start) for loop in make().loops for c in loop.curves}
     assert {tuple(p) for p in boundary.points[boundary.kind == CORNER]} == starts
 

@@ -7,6 +7,7 @@ nearest boundary point, and so become boundary nodes too. The others are interio
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -104,7 +105,7 @@ def _cut_off(inside: Float, curves: list, outline: Outline, on_curve: list[Float
     for curve, along, t in zip(curves, outline.forward, on_curve, strict=True):
         params = np.union1d(t if along else 1.0 - t, [0.0, 1.0])
         nodes = curve.point(params)
-        for a, b in zip(nodes[:-1], nodes[1:], strict=True):
+        for a, b in itertools.pairwise(nodes):
             d = b - a
             length = float(np.hypot(*d))
             if length == 0.0:

@@ -184,7 +184,7 @@ def _certify(
             certificate.certify_face(
                 face, whole.points, whole.triangles[at : at + n], judged, partial(evaluate, outline.tracks),
                 diagonal=model.diagonal, moves=outcome.moves, budget_exhausted=outcome.budget_exhausted, **bounds,
-            )  # fmt: skip
+            )
         )
         at += n
     return certificate.certify(faces, skipped_faces=len(model.skipped), notes=model.notes, **bounds)

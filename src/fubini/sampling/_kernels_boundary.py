@@ -194,7 +194,7 @@ def count_nodes(first, s, h, radius, at_least, counts):
     for e in range(first.shape[0] - 1):
         low = radius[e, 0]
         high = s[first[e + 1] - 1] - radius[e, 1]
-        n = int(math.floor(edge_metric(first, s, h, e, low, high) + 0.5))
+        n = math.floor(edge_metric(first, s, h, e, low, high) + 0.5)
         extra = (1 if radius[e, 0] > 0.0 else 0) + (1 if radius[e, 1] > 0.0 else 0)
         counts[e] = max(1, at_least[e] - extra, n) + extra
 
@@ -299,14 +299,18 @@ def node_sizes(points, segments, angle, sharp, h, size):
 
 
 @kernel
-def gap_sizes(points, triangles, neighbours, size, sharp_leg, g, factor, want):
-    """Size wanted at each boundary node, from a triangulation of the boundary nodes alone.
+def gap_sizes(points, triangles, neighbours, size, sharp, g, factor, want, foot, foot_want):
+    """Sizes wanted at the boundary nodes (n,) and at one place of each segment (k,).
 
-    A triangle with one edge on the boundary sees the gap between that segment and its apex: the
-    nodes around are asked to be no larger than ``factor`` times the gap. ``sharp_leg`` (n,) flags
-    nodes at sharp corners, which are left alone. Then growth is limited to g along all edges.
+    In a triangulation of the boundary nodes alone, a triangle with one edge on the boundary sees the
+    gap between that segment and its apex. The apex is asked to be no larger than ``factor`` times the
+    gap, and so is the foot of the apex on the segment: ``foot`` is its share of the segment and
+    ``foot_want`` the size there, infinite where nothing is asked. ``sharp`` flags nodes at sharp
+    corners, which are left alone. Growth is limited to g along all edges.
     """
     want[:] = size
+    foot[:] = 0.0
+    foot_want[:] = np.inf
     for t in range(triangles.shape[0]):
         for i in range(3):
             j, k = (i + 1) % 3, (i + 2) % 3
@@ -315,16 +319,23 @@ def gap_sizes(points, triangles, neighbours, size, sharp_leg, g, factor, want):
             v, a, b = triangles[t, i], triangles[t, j], triangles[t, k]
             ex, ey = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1]
             px, py = points[v, 0] - points[a, 0], points[v, 1] - points[a, 1]
-            q = min(1.0, max(0.0, (px * ex + py * ey) / (ex * ex + ey * ey)))
+            length = math.hypot(ex, ey)
+            q = min(1.0, max(0.0, (px * ex + py * ey) / length**2))
             gap = factor * math.hypot(px - q * ex, py - q * ey)
-            for w in (v, a, b):
-                if gap < want[w] and not sharp_leg[w]:
-                    want[w] = gap
-    for sweep in range(4):
+            if not sharp[v]:
+                want[v] = min(want[v], gap)
+            if not sharp[a]:
+                want[a] = min(want[a], gap + g * q * length)
+            if not sharp[b]:
+                want[b] = min(want[b], gap + g * (1.0 - q) * length)
+            segment = -1 - neighbours[t, i]
+            foot[segment] = q
+            foot_want[segment] = gap
+    for _sweep in range(4):
         for t in range(triangles.shape[0]):
             for i in range(3):
                 a, b = triangles[t, i], triangles[t, (i + 1) % 3]
-                if sharp_leg[a] or sharp_leg[b]:
+                if sharp[a] or sharp[b]:
                     continue
                 reach = g * math.hypot(points[a, 0] - points[b, 0], points[a, 1] - points[b, 1])
                 want[b] = min(want[b], want[a] + reach)

@@ -17,8 +17,8 @@ def crossings(points, segments, y0, step, rows):
     first = np.zeros(rows + 1, np.int64)
     for k in range(segments.shape[0]):
         a, b = points[segments[k, 0], 1], points[segments[k, 1], 1]
-        j0 = max(0, int(math.ceil((min(a, b) - y0) / step)))
-        j1 = min(rows, int(math.ceil((max(a, b) - y0) / step)))
+        j0 = max(0, math.ceil((min(a, b) - y0) / step))
+        j1 = min(rows, math.ceil((max(a, b) - y0) / step))
         for j in range(j0, j1):
             first[j + 1] += 1
     for j in range(rows):
@@ -28,8 +28,8 @@ def crossings(points, segments, y0, step, rows):
     for k in range(segments.shape[0]):
         ax, ay = points[segments[k, 0], 0], points[segments[k, 0], 1]
         bx, by = points[segments[k, 1], 0], points[segments[k, 1], 1]
-        j0 = max(0, int(math.ceil((min(ay, by) - y0) / step)))
-        j1 = min(rows, int(math.ceil((max(ay, by) - y0) / step)))
+        j0 = max(0, math.ceil((min(ay, by) - y0) / step))
+        j1 = min(rows, math.ceil((max(ay, by) - y0) / step))
         for j in range(j0, j1):
             xs[fill[j]] = ax + (y0 + j * step - ay) / (by - ay) * (bx - ax)
             fill[j] += 1
@@ -53,8 +53,8 @@ def lattice(points, segments, size, h, x0, y0, columns, rows, clearance, g):
     for j in range(rows):
         start = x0 + (0.5 * h if j & 1 else 0.0)
         for q in range(first[j], first[j + 1] - 1, 2):
-            i0 = max(0, int(math.ceil((xs[q] - start) / h)))
-            i1 = min(columns, int(math.ceil((xs[q + 1] - start) / h)))
+            i0 = max(0, math.ceil((xs[q] - start) / h))
+            i1 = min(columns, math.ceil((xs[q + 1] - start) / h))
             for i in range(i0, i1):
                 inside[j, i] = 1
     for k in range(segments.shape[0]):
@@ -66,13 +66,13 @@ def lattice(points, segments, size, h, x0, y0, columns, rows, clearance, g):
         small = min(size[a], size[b])
         if small < 0.8 * h:
             reach = max(reach, (0.9 * h - small) / g)
-        j0 = max(0, int(math.floor((min(ay, ay + ey) - reach - y0) / step)))
-        j1 = min(rows, int(math.ceil((max(ay, ay + ey) + reach - y0) / step)) + 1)
+        j0 = max(0, math.floor((min(ay, ay + ey) - reach - y0) / step))
+        j1 = min(rows, math.ceil((max(ay, ay + ey) + reach - y0) / step) + 1)
         for j in range(j0, j1):
             y = y0 + j * step
             start = x0 + (0.5 * h if j & 1 else 0.0)
-            i0 = max(0, int(math.floor((min(ax, ax + ex) - reach - start) / h)))
-            i1 = min(columns, int(math.ceil((max(ax, ax + ex) + reach - start) / h)) + 1)
+            i0 = max(0, math.floor((min(ax, ax + ex) - reach - start) / h))
+            i1 = min(columns, math.ceil((max(ax, ax + ex) + reach - start) / h) + 1)
             for i in range(i0, i1):
                 if inside[j, i] == 0:
                     continue

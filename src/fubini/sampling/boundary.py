@@ -8,6 +8,7 @@ segment of the same length, so that the one triangle there is isosceles.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
@@ -28,6 +29,8 @@ Float = NDArray[np.float64]
 SHARP = 50.0
 #: Share of the shorter edge that the triangle of a sharp corner may take.
 LEG_SHARE = 0.34
+#: A gap is resolved when the nodes beside it are no further apart than the wanted size over this.
+RESOLVED = 0.85
 
 
 @dataclass(frozen=True)
@@ -203,7 +206,7 @@ class BoundarySizing:
         if not near.any():
             near[np.argmin(distance)] = True
         want = np.where(near, factor * boundary.size, boundary.size)
-        return bool(self._lower(face, boundary, want, nodes, 0.97))
+        return bool(self._lower(face, boundary, want, None, 0.97))
 
     def _place(self) -> EdgeNodes:
         """Nodes of all edges from the present sizes."""
@@ -253,17 +256,18 @@ class BoundarySizing:
             if last:
                 at = boundary.points[boundary.segments[seen.unrecovered[:1], 0]].ravel()
                 raise GeometryError("the boundary crosses or touches itself", at=at)
-            return self._untangle(face, boundary, seen, nodes)
-        want = np.empty(len(boundary.points))
-        corner = boundary.angle < SHARP
+            return self._untangle(face, boundary, seen)
+        want, foot, foot_want = (np.empty(len(boundary.points)) for _ in range(3))
         kernels.gap_sizes(
-            boundary.points, seen.triangles, seen.neighbours, boundary.size, corner,
-            self.options.gradient, self.options.gap, want,
+            boundary.points, np.array(seen.triangles), np.array(seen.neighbours), boundary.size,
+            boundary.angle < SHARP, self.options.gradient, self.options.gap, want, foot, foot_want,
         )  # fmt: skip
-        np.maximum(want, self.options.smallest * self.options.size, out=want)
-        return self._lower(face, boundary, want, nodes, 0.85)
+        least = self.options.smallest * self.options.size
+        return self._lower(
+            face, boundary, np.maximum(want, least), (foot, np.maximum(foot_want, least)), RESOLVED
+        )
 
-    def _untangle(self, face: int, boundary: Boundary, seen: Triangulation, nodes: EdgeNodes) -> set[int]:
+    def _untangle(self, face: int, boundary: Boundary, seen: Triangulation) -> set[int]:
         """Chords cross where the curves do not: halve the sizes there."""
         want = boundary.size.copy()
         bad = boundary.segments[seen.unrecovered] if len(seen.unrecovered) else boundary.segments
@@ -273,7 +277,7 @@ class BoundarySizing:
             near = np.linalg.norm(boundary.points - middle, axis=1) <= r
             near[[a, b]] = True
             want[near] = np.minimum(want[near], 0.5 * boundary.size[near])
-        changed = self._lower(face, boundary, want, nodes, 0.85)
+        changed = self._lower(face, boundary, want, None, RESOLVED)
         for e in {int(self.outlines[face].edges[j]) for j in boundary.track[seen.unrecovered]}:
             self._radius[e] *= 0.6
             self._at_least[e] += 1
@@ -281,29 +285,51 @@ class BoundarySizing:
         return changed
 
     def _lower(
-        self, face: int, boundary: Boundary, want: Float, nodes: EdgeNodes, threshold: float
+        self,
+        face: int,
+        boundary: Boundary,
+        want: Float,
+        feet: tuple[Float, Float] | None,
+        threshold: float,
     ) -> set[int]:
-        """Write wanted sizes into the tables of the edges where they fall below ``threshold`` times the present."""
+        """Write wanted sizes into the tables of the edges where they fall below ``threshold`` times the present.
+
+        ``want`` (n,) holds sizes at the nodes; ``feet`` shares (k,) of the segments and sizes (k,) there.
+        Returns the edges whose tables changed.
+        """
         outline = self.outlines[face]
-        low = want < threshold * boundary.size
+        a, b = boundary.segments.T
+        low = (want < threshold * boundary.size)[boundary.segments].any(axis=1)
+        foot, foot_want = feet if feet is not None else (np.zeros(len(a)), np.full(len(a), np.inf))
+        share = foot * boundary.size[b] + (1.0 - foot) * boundary.size[a]
+        low |= foot_want < threshold * share
         changed = self._shorten_legs(outline, boundary, want)
-        touched = np.unique(boundary.track[low[boundary.segments[:, 0]] | low[boundary.segments[:, 1]]])
-        for j in touched:
-            e = int(outline.edges[j])
-            of_edge = boundary.track == j
-            a, b = boundary.segments[of_edge].T
-            t_all = np.concatenate([boundary.t[of_edge, 0], boundary.t[of_edge, 1]])
-            w_all = np.concatenate([want[a], want[b]])
-            t_node, index = np.unique(t_all, return_index=True)
-            t, s, h = self._samples[e]
-            t_new = np.union1d(t, t_node)
-            s_new = np.interp(t_new, t, s)
-            h_old = np.interp(s_new, s, h)
-            h_new = np.minimum(h_old, np.interp(t_new, t_node, w_all[index]))
-            if (h_new < 0.999 * h_old).any():
-                self._samples[e] = (t_new, s_new, h_new)
-                changed.add(e)
+        t0, t1 = boundary.t.T
+        for j in np.unique(boundary.track[low]):
+            of = boundary.track == j
+            at = np.concatenate([t0[of], t1[of], t0[of] + foot[of] * (t1[of] - t0[of])])
+            asked = np.concatenate([want[a[of]], want[b[of]], foot_want[of]])
+            if self._lower_edge(int(outline.edges[j]), at, asked):
+                changed.add(int(outline.edges[j]))
         return changed
+
+    def _lower_edge(self, e: int, at: Float, asked: Float) -> bool:
+        """Lower the table of one edge to sizes ``asked`` at parameters ``at``; whether it changed."""
+        t, s, h = self._samples[e]
+        node, where = np.unique(at, return_inverse=True)
+        value = np.full(len(node), np.inf)
+        np.minimum.at(value, where, asked)
+        known = np.isfinite(value)
+        t_new = np.union1d(t, node)
+        s_new = np.interp(t_new, t, s)
+        keep = np.concatenate([[True], np.diff(s_new) > 1e-14 * s[-1]])
+        t_new, s_new = t_new[keep], s_new[keep]
+        h_old = np.interp(s_new, s, h)
+        h_new = np.minimum(h_old, np.interp(t_new, node[known], value[known]))
+        if not (h_new < 0.999 * h_old).any():
+            return False
+        self._samples[e] = (t_new, s_new, h_new)
+        return True
 
     def _shorten_legs(self, outline: Outline, boundary: Boundary, want: Float) -> set[int]:
         """The triangle of a sharp corner must not be larger than the gap beside it."""
@@ -359,7 +385,7 @@ class EdgeNodes:
 def loop_pairs(loop_first: NDArray[np.int64]) -> list[tuple[int, int]]:
     """For every curve its number and that of the curve before it in its loop."""
     pairs = []
-    for a, b in zip(loop_first[:-1], loop_first[1:], strict=True):
+    for a, b in itertools.pairwise(loop_first):
         pairs += [(c, c - 1 if c > a else int(b) - 1) for c in range(int(a), int(b))]
     return pairs
 
