@@ -15,6 +15,7 @@ from fubini.optimise._kernels_state import (
     QUEUED,
     RANDOM,
     SEGMENTS,
+    TOP,
     TRIANGLES,
 )
 
@@ -84,7 +85,7 @@ def take_queue(S):
 
 @inner
 def descend(S, W):
-    """Mend the queued triangles until none is flawed or no move lowers the cost. Returns a status.
+    """Mend the queued triangles until none is flawed or no move up to level TOP lowers the cost. Returns a status.
 
     The queue holds what is still flawed.
     """
@@ -108,7 +109,7 @@ def descend(S, W):
         if status != DONE:
             return status
         if moves == 0:
-            if level == 2:
+            if level == S.counts[TOP]:
                 return STUCK
             level += 1
 

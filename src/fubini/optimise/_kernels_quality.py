@@ -9,9 +9,10 @@ from __future__ import annotations
 import math
 
 from fubini._jit import inner, kernel
-from fubini.optimise._kernels_state import AR, HARD, SOFT, WEIGHT
+from fubini.optimise._kernels_state import AR, FLOOR, SOFT, WEIGHT
 
 INVERTED = 1000.0
+BELOW_FLOOR = 50.0
 
 
 @inner
@@ -45,7 +46,8 @@ def cost_of(f, rule):
     """Cost of a triangle of quality f: 0 best; at least 1 when flawed; 1000 and more when inverted.
 
     Valid triangles weigh little, so that mending one flawed triangle is worth spoiling its
-    neighbours within the bound; among valid ones the eighth power lets the worst count most.
+    neighbours within the bound; among valid ones the fourth power lets the worst count most. While valid
+    triangles are improved, ``rule[SOFT]`` is the goal and ``rule[FLOOR]`` the bound, which no move may break.
     """
     r = (1.0 - f) * rule[WEIGHT]
     if f >= rule[SOFT]:
@@ -54,7 +56,7 @@ def cost_of(f, rule):
         return 0.02 * r * r
     if f < -1.0:
         return INVERTED - f
-    return 4.0 * r - 3.0
+    return 4.0 * r - 3.0 + (BELOW_FLOOR if f < rule[FLOOR] else 0.0)
 
 
 @inner

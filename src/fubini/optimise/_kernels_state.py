@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 # entries of State.counts
-NODES, TRIANGLES, SEGMENTS, FREED, QUEUED, STAMP, ATTEMPTS, BUDGET, RANDOM, INSERTED = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9
+NODES, TRIANGLES, SEGMENTS, FREED, QUEUED, STAMP, ATTEMPTS, BUDGET, RANDOM, INSERTED, TOP = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10
 FIRST_MOVE = 16
 #: accepted moves, counted from ``FIRST_MOVE`` on in this order
 MOVES = (
@@ -30,7 +30,7 @@ MOVES = (
 RELOCATION, SLIDE, FLIP, INSERTION, DELETION, SPLIT, REMOVAL, COLLAPSE, PATCH, KICK, REFINEMENT = range(16, 27)
 
 # entries of State.rule
-SOFT, HARD, AR, WEIGHT, SAG, STRETCH = 0, 1, 2, 3, 4, 5
+SOFT, HARD, AR, WEIGHT, SAG, STRETCH, FLOOR = 0, 1, 2, 3, 4, 5, 6
 
 REMOVED = 255
 #: largest polygon of a cavity; larger ones are refused

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from fubini.optimise._kernels_state import (
     AR,
     ATTEMPTS,
+    FLOOR,
     HARD,
     NODES,
     QUEUED,
@@ -19,6 +20,7 @@ from fubini.optimise._kernels_state import (
     SEGMENTS,
     SOFT,
     STRETCH,
+    TOP,
     TRIANGLES,
     WEIGHT,
     State,
@@ -39,6 +41,7 @@ def rule_of(options: OptimiseOptions) -> NDArray[np.float64]:
     rule[HARD] = hard + 1e-9
     rule[SOFT] = hard + MARGIN
     rule[WEIGHT] = 1.0 / (1.0 - rule[SOFT])
+    rule[FLOOR] = -2.0
     if options.max_aspect_ratio <= implied_aspect_ratio(options.min_skew):
         # the scale of f is steeper in the aspect ratio: a margin of its own
         rule[AR] = 1.0 + (options.max_aspect_ratio - 1.0) * (1.0 - MARGIN)
@@ -93,6 +96,7 @@ def build_state(
     prepare(points, corners, len(boundary.kind) if size is None else n, sizes, tri_of)
     counts = np.zeros(32, np.int64)
     counts[[NODES, TRIANGLES, SEGMENTS, QUEUED]] = n, m, k, 0
+    counts[TOP] = 2
     counts[RANDOM] = 1 + options.seed % 0x7FFFFFFE
     return State(
         grown(np.asarray(tri.points, float), nodes),
