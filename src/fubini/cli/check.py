@@ -9,11 +9,10 @@ from fubini.cli.common import check_outputs, dump_json, json_files, json_option,
 
 @click.command()
 @click.argument("mesh_file", metavar="MESH", type=click.Path())
-@click.option("--min-skew", type=click.FloatRange(0, 90, min_open=True, max_open=True),
-              default=45.0, show_default=True, metavar="D",
+@click.option("--min-skew", type=float, default=45.0, show_default=True, metavar="D",
               help="Triangles at or below this skewness (degrees) are flawed.")  # fmt: skip
-@click.option("--max-aspect-ratio", type=click.FloatRange(1, min_open=True), default=2.0, show_default=True,
-              metavar="A", help="Triangles at or above this aspect ratio are flawed.")  # fmt: skip
+@click.option("--max-aspect-ratio", type=float, default=2.0, show_default=True, metavar="A",
+              help="Triangles at or above this aspect ratio are flawed.")  # fmt: skip
 @json_option
 @click.pass_context
 def check(ctx: click.Context, mesh_file: str, min_skew: float, max_aspect_ratio: float, json_path: str | None) -> None:

@@ -14,7 +14,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from fubini.certificate import TriangleFigures, excuse, triangle_figures
-from fubini.errors import InputError
+from fubini.errors import InputError, OptionError
 from fubini.quality import angles, corner_limit
 from fubini.report.figures import strict
 from fubini.tolerance import MAX_ASPECT_RATIO, MIN_SKEW
@@ -87,7 +87,12 @@ def check(source: Any, *, min_skew: float = MIN_SKEW, max_aspect_ratio: float = 
     Raises
     ------
     InputError : the file cannot be read or holds no triangle, or a coordinate is not finite.
+    OptionError : a bound makes no sense.
     """
+    if not 0.0 < min_skew < 90.0:
+        raise OptionError(f"min_skew is {min_skew}", fix="use more than 0 and less than 90 degrees")
+    if not 1.0 < max_aspect_ratio < np.inf:
+        raise OptionError(f"max_aspect_ratio is {max_aspect_ratio}", fix="use a ratio above 1")
     label, points, triangles, owner, others = read_triangles(source)
     used = len(np.unique(triangles))
     points, triangles = merge_equal(points, triangles)
