@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -12,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fubini import certificate
-from fubini.errors import FubiniError, OptionError
+from fubini.errors import FubiniError, GeometryError, OptionError
 from fubini.model import Model, SkippedFace
 from fubini.pipeline.assemble import Assembly, assemble
 from fubini.pipeline.faces import FaceMesher, FaceResult
@@ -90,15 +91,32 @@ def mesh(
     sizing = BoundarySizing(
         outlines, ends, SizeOptions(length, gradient=checked.gradient, turn=np.radians(checked.turn))
     )
-    mesher = FaceMesher(sizing, length, checked)
-    clock.lap("boundary")
-    results = mesher.run(progress)
+    with in_model_terms(model, edge_ids):
+        mesher = FaceMesher(sizing, length, checked)
+        clock.lap("boundary")
+        results = mesher.run(progress)
     clock.lap("faces")
     whole = assemble(model, outlines, edge_ids, results)
     clock.lap("assemble")
     verdict = _certify(model, outlines, edge_ids, whole, results, checked)
     clock.lap("certificate")
     return _mesh_value(model, whole, verdict, length, clock.seconds)
+
+
+@contextmanager
+def in_model_terms(model: Model, edge_ids: NDArray[np.int64]) -> Iterator[None]:
+    """Errors of the stages name running numbers and plane coordinates: turn them into those of the model."""
+    try:
+        yield
+    except GeometryError as error:
+        if error.face is None or error.file is not None:
+            raise
+        face = model.faces[error.face]
+        at = None if error.at is None else face.frame.to_space(error.at)[0]
+        edge = None if error.edge is None else int(edge_ids[error.edge])
+        raise GeometryError(
+            error.message, file=model.source, face=face.index, edge=edge, at=at, fix=error.fix
+        ) from error
 
 
 def _options(size: float | None, options: dict[str, Any]) -> MeshOptions:

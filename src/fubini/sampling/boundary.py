@@ -46,6 +46,7 @@ class SizeOptions:
     edge_size : asked size on single edges, by edge number.
     rounds : budget of gap detections.
     smallest : sizes below this (times the asked size) are not followed any further.
+    most : budget of boundary nodes of the whole model.
     """
 
     size: float
@@ -55,6 +56,7 @@ class SizeOptions:
     edge_size: Mapping[int, float] = field(default_factory=dict)
     rounds: int = 24
     smallest: float = 1e-7
+    most: int = 4_000_000
 
 
 @dataclass(frozen=True)
@@ -184,7 +186,8 @@ class BoundarySizing:
     def resolve(self) -> EdgeNodes:
         """Lower the sizes until no face sees a gap narrower than its nodes allow; then place the nodes.
 
-        Raises GeometryError when the boundary of a face cannot be triangulated at any size.
+        Raises GeometryError when the boundary of a face cannot be triangulated at any size, or not
+        within the budget of nodes; its ``face`` and ``edge`` are running numbers, ``at`` plane coordinates.
         """
         dirty = set(range(len(self.outlines)))
         for round_ in range(self.options.rounds):
@@ -219,11 +222,26 @@ class BoundarySizing:
         first, t, s, h = kernels.envelope(first, t, s, cap, h, g)
         counts = np.empty(len(self.ends), np.int64)
         kernels.count_nodes(first, s, h, radius, self._at_least, counts)
+        if counts.sum() > self.options.most or counts.min(initial=1) < 1:
+            self._refuse(counts)
         node_first = np.zeros(len(counts) + 1, np.int64)
         np.cumsum(counts + 1, out=node_first[1:])
         node_t = np.empty(node_first[-1])
         kernels.place_nodes(first, s, t, h, radius, counts, node_first, node_t)
         return EdgeNodes(node_first, node_t)
+
+    def _refuse(self, counts: NDArray[np.int64]) -> None:
+        """Raise for the edge that would need most nodes."""
+        e = int(np.argmax(np.where(counts < 1, np.iinfo(np.int64).max, counts)))
+        face = next(f for f, outline in enumerate(self.outlines) if e in outline.edges)
+        outline = self.outlines[face]
+        j = int(np.flatnonzero(outline.edges == e)[0])
+        _, s, h = self._samples[e]
+        at = evaluate(outline.tracks, j, np.interp(s[np.argmin(h)] / s[-1], [0, 1], [0, 1]))[0]
+        raise GeometryError(
+            f"the boundary would need more than {self.options.most:,} nodes",
+            face=face, edge=e, at=at, fix="look for parts that all but touch here, or ask for a larger size",
+        )  # fmt: skip
 
     def _flat(self) -> tuple[NDArray[np.int64], Float, Float, Float]:
         lengths = [len(x[0]) for x in self._samples]
@@ -254,8 +272,10 @@ class BoundarySizing:
         seen = constrained_delaunay(boundary.points, boundary)
         if len(seen.unrecovered) or len(seen.triangles) == 0:
             if last:
-                at = boundary.points[boundary.segments[seen.unrecovered[:1], 0]].ravel()
-                raise GeometryError("the boundary crosses or touches itself", at=at)
+                k = int(seen.unrecovered[0]) if len(seen.unrecovered) else 0
+                at = boundary.points[boundary.segments[k, 0]]
+                edge = int(self.outlines[face].edges[boundary.track[k]])
+                raise GeometryError("the boundary crosses or touches itself", face=face, edge=edge, at=at)
             return self._untangle(face, boundary, seen)
         want, foot, foot_want = (np.empty(len(boundary.points)) for _ in range(3))
         kernels.gap_sizes(
