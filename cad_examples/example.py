@@ -7,12 +7,15 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from paper import first_mesh
 
-def run(name: str, shape: Any, size: float, patterns: Sequence[str] = ()) -> None:
+
+def run(name: str, shape: Any, size: float, patterns: Sequence[str] = (), direction: str = "x") -> None:
     """Command line of an example: ``FOLDER [--step] [--size H]``.
 
     Writes ``name.step``; then, unless ``--step`` is given, the mesh of the wanted size and one for each of the
-    paper's reference sets, as ``name[-pattern].stl`` and ``.png``.
+    paper's reference sets, as ``name[-pattern].stl`` and ``.png``. ``direction`` is that of the cells that
+    those are laid into.
     """
     parser = argparse.ArgumentParser(description=f"Make and mesh the example {name}.")
     parser.add_argument("folder", type=Path, nargs="?", default=Path(), help="where the files go")
@@ -23,8 +26,10 @@ def run(name: str, shape: Any, size: float, patterns: Sequence[str] = ()) -> Non
     print(f"wrote {write_step(shape, asked.folder / f'{name}.step')}")
     if asked.step:
         return
-    for pattern in ("auto", *patterns):
-        show(shape, asked.folder / (name if pattern == "auto" else f"{name}-{pattern}"), asked.size, pattern)
+    show(shape, asked.folder / name, asked.size)
+    for pattern in patterns:
+        show(shape, asked.folder / f"{name}-{pattern}", asked.size, pattern)
+        print(f"before the optimiser: {first_mesh(shape, pattern, direction)}")
 
 
 def write_step(shape: Any, path: Path) -> Path:

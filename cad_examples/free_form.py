@@ -77,7 +77,8 @@ def move_to_boundary(mesh: Any, polygon: np.ndarray) -> tuple[Any, Any]:
 
     Gives a triangulation whose boundary is fixed from now on, and the tracks (its segments) that go with it.
     """
-    from fubini.tracks import LINE, TrackBuilder
+    from fubini.tracks import TrackBuilder
+    from fubini.tracks.table import LINE
     from fubini.triangulation.constrained import constrained_delaunay
     from fubini.triangulation.value import CORNER, LOCKED, Boundary
 

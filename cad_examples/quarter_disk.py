@@ -35,4 +35,4 @@ def build_cadquery() -> Any:
 if __name__ == "__main__":
     from example import run
 
-    run(NAME, build(), SIZE, PATTERNS)
+    run(NAME, build(), SIZE, PATTERNS, direction="y")

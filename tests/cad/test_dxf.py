@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 
 import pytest
 
@@ -163,16 +164,41 @@ def test_blocks_are_placed_scaled_and_layered(drawn):
     assert [name for _, name in source.face_names] == ["part"]
 
 
-def test_closed_polyline_and_hatch_boundary(drawn):
+def test_closed_polyline_of_the_old_kind(drawn):
     def draw(space):
         space.add_polyline2d([(0, 0, 0), (4, 0, 1), (4, 2, 0), (0, 2, 1)], format="xyb", close=True)
-        hatch = space.add_hatch()
-        edges = hatch.paths.add_edge_path()
+
+    assert areas(drawn(draw).shape) == pytest.approx([8 + math.pi], rel=1e-13)
+
+
+def test_hatch_boundaries_count_only_where_there_is_nothing_else(drawn):
+    def hatch(space):
+        edges = space.add_hatch().paths.add_edge_path()
         edges.add_arc((20, 0), 2, 0, 180)
         edges.add_line((18, 0), (22, 0))
+        space.add_hatch().paths.add_polyline_path([(0, 0, 1), (4, 0, 1)], is_closed=True)
 
-    source = drawn(draw)
-    assert areas(source.shape) == pytest.approx([2 * math.pi, 8 + math.pi], rel=1e-13)
+    assert areas(drawn(hatch).shape) == pytest.approx([2 * math.pi, 4 * math.pi], rel=1e-13)
+
+    def both(space):
+        hatch(space)
+        square(space, 5)
+
+    source = drawn(both)
+    assert areas(source.shape) == pytest.approx([25])
+    assert any("of a HATCH left out" in note for note in source.notes)
+
+
+def test_many_holes_are_nested_at_once(drawn):
+    def draw(space):
+        square(space, 100)
+        for k in range(1600):
+            space.add_circle((2 + 2.4 * (k % 40), 2 + 2.4 * (k // 40)), 1)
+
+    begin = time.perf_counter()
+    (area,) = areas(drawn(draw).shape)
+    assert area == pytest.approx(1e4 - 1600 * math.pi, rel=1e-12)
+    assert time.perf_counter() - begin < 20
 
 
 def test_duplicates_are_dropped_with_a_note(drawn):

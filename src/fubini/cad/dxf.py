@@ -1,8 +1,8 @@
 """DXF drawings: curves of the model space to planar faces (ezdxf reads the file).
 
-LINE, ARC, CIRCLE, ELLIPSE, SPLINE, LWPOLYLINE, POLYLINE (bulges are arcs), HATCH boundaries and INSERT
-(exploded with its placement) are taken, seen along z; everything else is left out with a note. Outlines nest
-even-odd: an outline in a face is a hole, one in a hole is another face.
+LINE, ARC, CIRCLE, ELLIPSE, SPLINE, LWPOLYLINE, POLYLINE (bulges are arcs) and INSERT (exploded with its
+placement) are taken, seen along z, and boundaries of HATCH where there is nothing else; the rest is left out with
+a note. Outlines nest even-odd: an outline in a face is a hole, one in a hole is another face.
 """
 
 from __future__ import annotations
@@ -46,15 +46,19 @@ MAX_NESTING = 16
 #: Line types of lines that guide the eye and bound nothing.
 GUIDE_LINES = ("CENTER", "CENTRE", "PHANTOM")
 
+#: Entities that fill an area and repeat its boundary.
+FILLINGS = ("HATCH", "MPOLYGON")
+
 UNITS = {1: "inch", 2: "foot", 4: "mm", 5: "cm", 6: "m", 8: "microinch", 9: "mil", 10: "yard", 13: "micron"}
 
 
 @dataclass(frozen=True)
 class Stroke:
-    """One curve of the drawing and its layer."""
+    """One curve of the drawing, its layer, and the type of the entity that it comes from."""
 
     curve: Curve
     layer: str
+    entity: str
 
 
 def read_dxf(path: Path, options: ReadOptions = DEFAULTS) -> Source:
@@ -70,7 +74,7 @@ def read_dxf(path: Path, options: ReadOptions = DEFAULTS) -> Source:
     """
     document = _open(path)
     notes = Counter[str]()
-    strokes = list(_strokes(document, notes))
+    strokes = _without_fillings(list(_strokes(document, notes)), notes)
     if not strokes:
         raise InputError(
             "the drawing holds no curve that could bound a face",
@@ -137,7 +141,15 @@ def _strokes(document: Any, notes: Counter[str]) -> Iterator[Stroke]:
             notes[f"{entity.dxftype()} left out: bounds no area"] += 1
             continue
         for curve in curves:
-            yield Stroke(curve, layer)
+            yield Stroke(curve, layer, entity.dxftype())
+
+
+def _without_fillings(strokes: list[Stroke], notes: Counter[str]) -> list[Stroke]:
+    """Strokes without those of hatches, which repeat outlines of the drawing, when it has any others."""
+    outlines = [s for s in strokes if s.entity not in FILLINGS]
+    if outlines and len(outlines) < len(strokes):
+        notes["curves of a HATCH left out: the drawing has outlines of its own"] += len(strokes) - len(outlines)
+    return outlines or strokes
 
 
 def _entities(layout: Iterable[Any], notes: Counter[str], parent_layer: str, depth: int) -> Iterator[tuple[Any, str]]:
@@ -268,7 +280,7 @@ def _bulged(points: list[tuple[complex, float]], closed: bool) -> list[Curve]:
 
 
 def _hatch(entity: Any) -> list[Curve]:
-    """Boundary paths of a HATCH; they often repeat curves of the drawing, which are dropped as duplicates."""
+    """Boundary paths of a HATCH."""
     plane = _plane_map(entity.ocs(), float(entity.dxf.elevation[2]))
     curves: list[Curve] = []
     for path in entity.paths:

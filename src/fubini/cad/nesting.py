@@ -73,16 +73,15 @@ def containment(polygons: Sequence[Complex]) -> list[int]:
     """
     area = [abs(_area(p)) for p in polygons]
     boxes = np.array([[p.real.min(), p.imag.min(), p.real.max(), p.imag.max()] for p in polygons]).reshape(-1, 4)
-    order = sorted(range(len(polygons)), key=lambda k: (area[k], k))
+    order = np.lexsort((np.arange(len(polygons)), area))
+    sorted_boxes = boxes[order]
     parent = [-1] * len(polygons)
     for rank, i in enumerate(order):
-        for j in order[rank + 1 :]:
-            if (
-                np.all(boxes[j, :2] <= boxes[i, 2:])
-                and np.all(boxes[i, :2] <= boxes[j, 2:])
-                and _inside(polygons[i], polygons[j])
-            ):
-                parent[i] = j
+        larger = sorted_boxes[rank + 1 :]
+        meets = np.all(larger[:, :2] <= boxes[i, 2:], axis=1) & np.all(boxes[i, :2] <= larger[:, 2:], axis=1)
+        for j in order[rank + 1 :][meets]:
+            if _inside(polygons[i], polygons[j]):
+                parent[i] = int(j)
                 break
     return parent
 
