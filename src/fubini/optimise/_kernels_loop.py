@@ -5,7 +5,6 @@ from __future__ import annotations
 from fubini._jit import inner, kernel
 from fubini.optimise._kernels_moves import CLASSES, LEVELS, mend, patch_nodes
 from fubini.optimise._kernels_quality import covers_corner, is_flawed, triangle_cost, triangle_quality
-from fubini.optimise._kernels_relocate import shift
 from fubini.optimise._kernels_state import (
     ATTEMPTS,
     BUDGET,
@@ -15,16 +14,15 @@ from fubini.optimise._kernels_state import (
     QUEUED,
     RANDOM,
     SEGMENTS,
-    TOP,
     TRIANGLES,
 )
 
 #: a move is made when the cost falls by more than this
 FALL = 1e-3
-#: what ``drive`` reports
+#: what ``sweep`` reports: nothing flawed, some left, no room in the arrays, budget spent
 DONE, STUCK, FULL, SPENT = 0, 1, 2, 3
-#: what ``drive`` does before it descends
-DESCEND, COUNT, RELAX, DISTURB = 0, 1, 2, 3
+#: what ``sweep`` does
+MEND, COUNT, RELAX, DISTURB = 0, 1, 2, 3
 
 
 @inner
@@ -84,37 +82,6 @@ def take_queue(S):
 
 
 @inner
-def descend(S, W):
-    """Mend the queued triangles until none is flawed or no move up to level TOP lowers the cost. Returns a status.
-
-    The queue holds what is still flawed.
-    """
-    level = 0
-    while True:
-        todo = take_queue(S)
-        if todo == 0:
-            return DONE
-        moves = 0
-        status = DONE
-        for q in range(todo):
-            t = S.todo[q]
-            if status == DONE and not room(S):
-                status = FULL
-            if status == DONE and S.counts[ATTEMPTS] > S.counts[BUDGET]:
-                status = SPENT
-            if status == DONE and S.tri[t, 0] >= 0 and is_flawed(S, t):
-                if mend(S, W, t, 0, LEVELS[level], FALL):
-                    moves += 1
-            keep(S, t)
-        if status != DONE:
-            return status
-        if moves == 0:
-            if level == S.counts[TOP]:
-                return STUCK
-            level += 1
-
-
-@inner
 def draw(S, n):
     """A pseudo-random number in 0 .. n - 1 (xorshift; its state is ``counts[RANDOM]``)."""
     x = S.counts[RANDOM]
@@ -123,34 +90,6 @@ def draw(S, n):
     x ^= (x << 5) & 0x7FFFFFFF
     S.counts[RANDOM] = x
     return x % n
-
-
-@inner
-def relax(S, W, t, depth, sweeps):
-    """Max-min relaxation of all nodes within ``depth`` rings of t, ``sweeps`` times at most."""
-    n = patch_nodes(S, W, t, depth)
-    for _ in range(sweeps):
-        moved = False
-        for q in range(n):
-            if shift(S, W, W.nodes[q], 1e-4, True):
-                moved = True
-        if not moved:
-            break
-    S.counts[PATCH] += 1
-
-
-@inner
-def disturb(S, W, t):
-    """One random change near triangle t that may raise the cost, so that the flaw can travel."""
-    u = t
-    for _ in range(draw(S, 3)):
-        w = S.nbr[u, draw(S, 3)]
-        if w >= 0 and covers_corner(S, w) < 0:
-            u = w
-    fall = -0.25 - 0.25 * draw(S, 16)
-    which = draw(S, 8)
-    if mend(S, W, u, CLASSES[which], CLASSES[which + 1], fall):
-        S.counts[KICK] += 1
 
 
 @inner
@@ -166,27 +105,63 @@ def requeue(S):
     return total
 
 
-@kernel
-def drive(S, W, task):
-    """Descend from the queued triangles, after a step of the search around one of them. (status, total cost)
+@inner
+def wander(S, t):
+    """A triangle at most two random steps away from t, not the one of an unavoidable corner."""
+    for _ in range(draw(S, 3)):
+        u = S.nbr[t, draw(S, 3)]
+        if u >= 0 and covers_corner(S, u) < 0:
+            t = u
+    return t
 
-    task : DESCEND (no step; the cost is not computed), COUNT (cost only), RELAX or DISTURB. For the steps the state should be small: each
-    costs time in proportion to its size.
+
+@inner
+def random_step(S, W, task):
+    """Choose a step of the search near a random queued triangle, into S.todo[0]; (moves first, last, fall).
+
+    RELAX: gentle shifts of all nodes within two or three rings. DISTURB: some move that may raise the cost, so that the
+    flaw can travel.
     """
-    if task == DESCEND:
-        return descend(S, W), 0.0
-    total = requeue(S)
-    if S.counts[QUEUED] == 0:
-        return DONE, total
-    if task == COUNT:
-        return STUCK, total
-    if not room(S):
-        return FULL, 0.0
     t = S.queue[draw(S, S.counts[QUEUED])]
+    S.todo[0] = t
     if task == RELAX:
-        relax(S, W, t, 2 + draw(S, 2), 4)
+        S.counts[PATCH] += 1
+        return CLASSES[9], CLASSES[9] + patch_nodes(S, W, t, 2 + draw(S, 2)), 1e-4
+    S.counts[KICK] += 1
+    S.todo[0] = wander(S, t)
+    fall = -0.25 - 0.25 * draw(S, 16)
+    which = draw(S, 8)
+    return CLASSES[which], CLASSES[which + 1], fall
+
+
+@kernel
+def sweep(S, W, task, level):
+    """One round of the loop. Returns (status, moves made, total cost); the queue holds what is still flawed.
+
+    task : MEND, the queued triangles, each once, worst first, by moves up to ``level``; the cost is not
+    computed. COUNT, nothing but the cost and the queue. RELAX or DISTURB, a step of the search; cost and queue are
+    computed anew. Only MEND takes less time than in proportion to the number of triangles.
+    """
+    number, first, last, fall = 0, 0, LEVELS[level], FALL
+    if task == MEND:
+        number = take_queue(S)
     else:
-        disturb(S, W, t)
-    requeue(S)
-    status = descend(S, W)
-    return status, requeue(S)
+        total = requeue(S)
+        if task == COUNT or S.counts[QUEUED] == 0:
+            return DONE if S.counts[QUEUED] == 0 else STUCK, 0, total
+        number = 1
+        first, last, fall = random_step(S, W, task)
+    moves, status = 0, STUCK
+    for q in range(number):
+        t = S.todo[q]
+        if status == STUCK and not room(S):
+            status = FULL
+        if status == STUCK and S.counts[ATTEMPTS] > S.counts[BUDGET]:
+            status = SPENT
+        if status == STUCK and S.tri[t, 0] >= 0 and (task != MEND or is_flawed(S, t)):
+            for _ in range(4 if task == RELAX else 1):
+                moves += mend(S, W, t, first, last, fall, task == RELAX)
+        keep(S, t)
+    if task != MEND:
+        return status, moves, requeue(S)
+    return DONE if number == 0 else status, moves, 0.0

@@ -1,14 +1,14 @@
 """The moves: which cavities are tried around a flawed triangle, cheap ones before dear ones.
 
-Every possible move on a triangle has a number; ``propose`` fills in the job of a number, ``perform`` does it
-where the cost falls. One place performs all, so that the primitive is compiled into the loop once.
+Every possible move on a triangle has a number; ``propose`` fills in the job of a number, ``mend`` does it where
+the cost falls. One place does all, because the code of a kernel is compiled anew into each of its callers.
 """
 
 from __future__ import annotations
 
 from fubini._jit import inner
 from fubini.optimise._kernels_cavity import EITHER, PROGRAMME, local, replace, star
-from fubini.optimise._kernels_relocate import shift
+from fubini.optimise._kernels_relocate import look_again, relocate, slide
 from fubini.optimise._kernels_state import (
     ATTEMPTS,
     COLLAPSE,
@@ -25,7 +25,7 @@ MASKS = (7, 3, 5, 6, 1, 2, 4, 0)
 #: where a boundary edge is split
 SHARES = (0.5, 0.38, 0.62)
 #: first number of each class of moves: flips, shifts, deletions, insertions, splits, collapses, wide cavities,
-#: splits beside, shifts of the ring; and the end
+#: splits beside, shifts of the ring; from the last on, gentle shifts of the nodes ``W.nodes``
 CLASSES = (0, 3, 6, 9, 17, 89, 92, 128, 200, 272)
 #: end of the moves of levels 0, 1, 2
 LEVELS = (6, 89, 272)
@@ -168,37 +168,46 @@ def propose(S, W, t, c):
         propose_wide(S, W, t, c - CLASSES[6])
     elif c < CLASSES[8]:
         propose_split_beside(S, W, t, c - CLASSES[7])
-    else:
+    elif c < CLASSES[9]:
         propose_ring(S, W, t, c - CLASSES[8])
+    else:
+        W.job[WHAT], W.job[NODE] = SHIFT, W.nodes[c - CLASSES[9]]
 
 
 @inner
-def perform(S, W, fall):
-    """Do the job where it lowers the cost by more than ``fall``; whether it was done."""
-    if W.job[WHAT] == SHIFT:
-        return shift(S, W, W.job[NODE], fall, False)
-    S.counts[ATTEMPTS] += 1
-    share = SHARES[W.job[SHARE]]
-    done, starred = replace(
-        S, W, W.job[SIZE], W.job[FILLS], fall, W.job[START], W.job[SEGMENT], share, W.job[DROPPED]
-    )
-    if done:
-        S.counts[INSERTION if starred and W.job[MOVE] == FLIP else W.job[MOVE]] += 1
-    return done
-
-
-@inner
-def mend(S, W, t, first, last, fall):
+def mend(S, W, t, first, last, fall, every):
     """Do the first of the moves ``first <= c < last`` on triangle t that lowers the cost by more than ``fall``.
 
-    Level 0 holds flips and shifts; 1: deletion, insertion, the boundary; 2: wider cavities. (The paper relocates,
-    inserts, deletes, then turns to the boundary; flips come first here because they are the cheapest.)
+    ``every``: do all of them that do. Returns the number done. Level 0 holds flips and shifts; 1: deletion,
+    insertion, the boundary; 2: wider cavities. (The paper relocates, inserts, deletes, then turns to the boundary;
+    flips come first here because they are the cheapest.)
     """
+    number = 0
     for c in range(first, last):
         propose(S, W, t, c)
-        if W.job[WHAT] != NOTHING and perform(S, W, fall):
-            return True
-    return False
+        if W.job[WHAT] == NOTHING:
+            continue
+        S.counts[ATTEMPTS] += 1
+        if W.job[WHAT] == SHIFT:
+            v = W.job[NODE]
+            if S.kind[v] == 0:
+                done = relocate(S, W, v, fall, c >= CLASSES[9])
+            else:
+                done = S.kind[v] == 1 and slide(S, W, v, fall)
+            if done:
+                look_again(S, W, v)
+        else:
+            done, starred = replace(
+                S, W, W.job[SIZE], W.job[FILLS], fall,
+                W.job[START], W.job[SEGMENT], SHARES[W.job[SHARE]], W.job[DROPPED],
+            )  # fmt: skip
+            if done:
+                S.counts[INSERTION if starred and W.job[MOVE] == FLIP else W.job[MOVE]] += 1
+        if done:
+            number += 1
+            if not every:
+                break
+    return number
 
 
 @inner

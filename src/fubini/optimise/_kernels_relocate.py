@@ -8,7 +8,7 @@ from fubini._jit import inner
 from fubini.optimise._kernels_cavity import best_point, climb, enqueue, local, lowest, star, star_cost
 from fubini.optimise._kernels_quality import cost_of, ear_cost, quality
 from fubini.optimise._kernels_region import region_point
-from fubini.optimise._kernels_state import ATTEMPTS, RELOCATION, SLIDE, SOFT
+from fubini.optimise._kernels_state import RELOCATION, SLIDE, SOFT
 from fubini.tracks._kernels import evaluate_one
 
 
@@ -157,16 +157,8 @@ def slide(S, W, v, fall):
 
 
 @inner
-def shift(S, W, v, fall, soft):
-    """Relocate or slide node v as its kind allows; look again at its triangles. Whether it moved."""
-    S.counts[ATTEMPTS] += 1
-    moved = False
-    if S.kind[v] == 0:
-        moved = relocate(S, W, v, fall, soft)
-    elif S.kind[v] == 1:
-        moved = slide(S, W, v, fall)
-    if moved:
-        k, closed = star(S, W, v)
-        for q in range(k):
-            enqueue(S, W.fan[q])
-    return moved
+def look_again(S, W, v):
+    """Queue what is flawed around node v, which has moved."""
+    k, closed = star(S, W, v)
+    for q in range(k):
+        enqueue(S, W.fan[q])

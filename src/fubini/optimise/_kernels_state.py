@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 # entries of State.counts
-NODES, TRIANGLES, SEGMENTS, FREED, QUEUED, STAMP, ATTEMPTS, BUDGET, RANDOM, INSERTED, TOP = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10
+NODES, TRIANGLES, SEGMENTS, FREED, QUEUED, STAMP, ATTEMPTS, BUDGET, RANDOM, INSERTED = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9
 FIRST_MOVE = 16
 #: accepted moves, counted from ``FIRST_MOVE`` on in this order
 MOVES = (

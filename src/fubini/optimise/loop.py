@@ -17,7 +17,6 @@ from fubini.optimise._kernels_state import (
     MOVES,
     QUEUED,
     SOFT,
-    TOP,
     TRIANGLES,
     WEIGHT,
     State,
@@ -132,18 +131,15 @@ def improve(
 
     The effort is ``options.improve`` times 4000 attempts, and 200 for the square root of the number of triangles.
     """
-    from fubini.optimise._kernels_loop import DESCEND, FULL, drive
-
     spent, budget = int(state.counts[ATTEMPTS]), int(state.counts[BUDGET])
     effort = options.improve * (4000 + 200 * math.sqrt(state.counts[TRIANGLES]))
     saved = state.rule.copy()
-    state.rule[FLOOR], state.counts[TOP] = saved[SOFT], 0
+    state.rule[FLOOR] = saved[SOFT]
     for i, goal in enumerate(goals):
         state.rule[SOFT], state.rule[WEIGHT] = goal, 1.0 / (1.0 - goal)
         state.counts[BUDGET] = spent + int(effort * (i + 1) / len(goals))
         state.counts[QUEUED] = 0
-        if drive(fill_queue(state, low), scratch, DESCEND)[0] == FULL:
-            break
+        state, _ = descend(fill_queue(state, low), scratch, 0)
     state.rule[:] = saved
     state.counts[[ATTEMPTS, BUDGET]] = spent, budget
     return state
@@ -173,31 +169,45 @@ def judge(
     )
 
 
-def run(state: State, scratch: Work) -> State:
-    """Descend, then search with kicks; the state may move to larger arrays."""
-    from fubini.optimise._kernels_loop import DESCEND, DONE, FULL, SPENT, drive
+def descend(state: State, scratch: Work, top: int) -> tuple[State, int]:
+    """Mend the queued triangles by moves up to level ``top`` until no move lowers the cost. (state, status)
 
-    status = FULL
-    while status == FULL:
-        status, _ = drive(state, scratch, DESCEND)
+    The state may move to larger arrays.
+    """
+    from fubini.optimise._kernels_loop import FULL, MEND, STUCK, sweep
+
+    level = 0
+    while True:
+        status, moves, _ = sweep(state, scratch, MEND, level)
         if status == FULL:
             state = extend_state(state, 2 * len(state.points))
-    if status in (DONE, SPENT):
-        return state
-    return search(state, scratch, 60, 12)
+        elif status != STUCK or (moves == 0 and level == top):
+            return state, status
+        elif moves == 0:
+            level += 1
+
+
+def run(state: State, scratch: Work) -> State:
+    """Descend, then search with kicks; the state may move to larger arrays."""
+    from fubini.optimise._kernels_loop import STUCK
+
+    state, status = descend(state, scratch, 2)
+    return search(state, scratch, 60, 12) if status == STUCK else state
 
 
 def search(state: State, scratch: Work, rounds: int, patience: int) -> State:
     """Relax, disturb and descend in turns; the best state seen. Ends when nothing is flawed, or after ``rounds``."""
-    from fubini.optimise._kernels_loop import COUNT, DISTURB, DONE, FULL, RELAX, SPENT, drive
+    from fubini.optimise._kernels_loop import COUNT, DISTURB, DONE, FULL, RELAX, SPENT, sweep
 
     best, stale = copy_of(state), 0
-    _, lowest = drive(state, scratch, COUNT)
+    _, _, lowest = sweep(state, scratch, COUNT, 0)
     for turn in range(rounds):
-        status, cost = drive(state, scratch, RELAX if turn % 3 == 0 else DISTURB)
+        status, _, _ = sweep(state, scratch, RELAX if turn % 3 == 0 else DISTURB, 0)
         if status == FULL:
             state = extend_state(state, 2 * len(state.points))
             continue
+        state, status = descend(state, scratch, 2)
+        _, _, cost = sweep(state, scratch, COUNT, 0)
         if cost < lowest - 1e-9:
             best, lowest, stale = copy_of(state), cost, 0
         else:

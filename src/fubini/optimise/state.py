@@ -20,7 +20,6 @@ from fubini.optimise._kernels_state import (
     SEGMENTS,
     SOFT,
     STRETCH,
-    TOP,
     TRIANGLES,
     WEIGHT,
     State,
@@ -96,7 +95,6 @@ def build_state(
     prepare(points, corners, len(boundary.kind) if size is None else n, sizes, tri_of)
     counts = np.zeros(32, np.int64)
     counts[[NODES, TRIANGLES, SEGMENTS, QUEUED]] = n, m, k, 0
-    counts[TOP] = 2
     counts[RANDOM] = 1 + options.seed % 0x7FFFFFFE
     return State(
         grown(np.asarray(tri.points, float), nodes),
