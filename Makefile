@@ -24,7 +24,7 @@ export PYTHONNOUSERSITE := 1
 .PHONY: demo test test7 test8 lint typecheck contracts docs clean
 
 demo: .venv/.ready-demo
-	$(BIN)/python cad_examples/bracket.py demo
+	$(BIN)/python cad_examples/bracket.py demo --step
 	$(BIN)/fubini mesh demo/bracket.step -o demo/bracket.stl -o demo/bracket.obj --plot demo/bracket.png
 
 test: test7 test8

@@ -7,8 +7,9 @@
 A size is a share of the model's diagonal. Without ``--fast`` every row is one run of the command
 ``fubini mesh FILE -o out.vtu --size H --json -`` in a process of its own, start included; with it
 the meshes are made by warm processes through ``fubini.mesh``. The judge is a separate program that
-reads the CAD file again. Drawings (DXF, SVG) have no CAD kernel's face order, so their faces are
-first matched with those of the corpus' BREP copy, by area and centroid.
+reads the CAD file again. Drawings (DXF, SVG) are judged by the corpus' BREP copy of their faces: these
+have another order and may be turned over, so faces are first matched by area and centroid. A copy
+that its maker marked as incomplete (loops that he could not close were dropped) judges nothing.
 
 A row passes when the mesh is certified and the judge finds nothing amiss; a file of class
 "hostile" passes with a clear refusal (exit code 2 and a message) as well. Exit status 0: all rows passed.
@@ -30,7 +31,6 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-DRAWINGS = {".dxf", ".svg"}
 
 
 @dataclass
@@ -43,7 +43,7 @@ class Job:
     share: int
     size: float
     hostile: bool
-    planar: int
+    judged: bool = True
 
 
 @dataclass
@@ -129,29 +129,34 @@ def fill(row: Row, figures: dict) -> None:
 
 
 def match_faces(judge, model: str, out: Path) -> None:
-    """Rename the faces of a drawing's mesh to those of the BREP copy with nearest area and centroid."""
+    """Give a drawing's mesh the face numbers and orientations of the BREP copy, by area and centroid."""
     import meshio
     import numpy as np
     from OCP.BRepGProp import BRepGProp
     from OCP.GProp import GProp_GProps
     from OCP.TopAbs import TopAbs_FACE
 
-    known = []
+    known, normals = [], []
     for face in judge.mapped(judge.read_shape(model), TopAbs_FACE):
+        normals.append(judge.Face(face, judge.Edge).normal)
         props = GProp_GProps()
         judge._static(BRepGProp, "SurfaceProperties")(face, props)
         known.append([*judge._xyz(props.CentreOfMass()), abs(props.Mass()) ** 0.5])
     known = np.array(known)
     mesh = meshio.read(out)
     names = mesh.cell_data["face"][0]
-    p = mesh.points[mesh.cells[0].data]
-    area = 0.5 * np.linalg.norm(np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]), axis=1)
+    triangles = mesh.cells[0].data
+    p = mesh.points[triangles]
+    normal = 0.5 * np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])
+    area = np.linalg.norm(normal, axis=1)
     renamed = names.copy()
     for name in np.unique(names):
         own = names == name
         centre = (p[own].mean(1) * area[own, None]).sum(0) / area[own].sum()
         found = np.linalg.norm(known - [*centre, area[own].sum() ** 0.5], axis=1).argmin()
         renamed[own] = found
+        if normal[own].sum(0) @ normals[found] < 0:
+            triangles[own] = triangles[own][:, ::-1]
     mesh.cell_data["face"][0] = renamed
     mesh.write(out)
 
@@ -169,14 +174,14 @@ def work(connection, options: dict) -> None:
             else:
                 row, row.seconds = mesh_by_command(job, out, options["limit"])
             connection.send("judging")
-            if out.exists():
+            if out.exists() and job.judged:
                 try:
                     if job.source != job.model:
                         match_faces(judge, job.model, out)
                     row.short = judge.judge(job.model, str(out), job.size)["falls_short"]
                 except Exception as error:
                     row.short = [f"judge: {type(error).__name__}: {error}"]
-            elif row.code in (0, 1):
+            elif row.code in (0, 1) and not out.exists():
                 row.short = ["nothing written"]
         connection.send(row)
 
@@ -259,15 +264,13 @@ def corpus_jobs(corpus: Path, shares: list[int], only: str) -> list[Job]:
         entry = json.loads(line)
         source = str(corpus / entry["copy"])
         model = str(corpus / entry["derived_brep"]) if entry.get("derived_brep") else source
+        hostile = entry["class"] == "hostile"
+        complete = not entry.get("extra", {}).get("dxf_fallback", {}).get("open_wires_dropped")
         for meshed in dict.fromkeys([source, model]):
             name = str(Path(meshed).relative_to(corpus))
-            if Path(meshed).suffix.lower() not in DRAWINGS and meshed != model:
-                continue
-            jobs += [
-                Job(name, meshed, model, n, entry["diag"] / n, entry["class"] == "hostile", entry["n_planar"])
-                for n in shares
-                if only.lower() in name.lower()
-            ]
+            judged = complete or meshed == model
+            if only.lower() in name.lower():
+                jobs += [Job(name, meshed, model, n, entry["diag"] / n, hostile, judged) for n in shares]
     return sorted(jobs, key=lambda job: job.share)
 
 
