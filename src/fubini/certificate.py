@@ -107,25 +107,24 @@ def certify_face(
     Parameters
     ----------
     face : index, name, frame and area are read (``face.area``, else ``face.region.area``).
-    points : (n, 3), may hold more than this face uses.
-    triangles : (m, 3) of this face, counter-clockwise about its outward normal.
-    outline : boundary and corners of the face.
+    points, triangles : (n, 3), may hold more than the face uses; (m, 3), outward normals.
     evaluate : curve numbers (k,) and parameters (k,) to plane coordinates (k, 2), as
         ``functools.partial(fubini.tracks.evaluate, tracks)`` gives.
     diagonal : of the whole model; tolerances are relative to it.
     """
+    if not len(triangles):
+        return _nothing(face)
     shape = triangle_figures(points, triangles)
     flaws = _find_flaws(face, points, triangles, shape, outline, (min_skew, max_aspect_ratio))
     boundary = _boundary_figures(face, points, outline, evaluate)
     area = float(face.area if face.area is not None else face.region.area)
-    normal = face.frame.normal
-    mesh_area = 0.5 * float((shape.normals @ normal).sum())
+    mesh_area = 0.5 * float((shape.normals @ face.frame.normal).sum())
     reasons = [
         *_flaw_reasons(flaws, shape),
         *_boundary_reasons(boundary, points, outline, diagonal),
         *_cover_reasons(outline),
         *_area_reasons(area, mesh_area, boundary, outline),
-        *_shape_reasons(face, normal, points, triangles, shape, outline, diagonal),
+        *_shape_reasons(face, points, triangles, shape, outline, diagonal),
     ]
     return FaceCertificate(
         face=face.index,
@@ -151,6 +150,14 @@ def certify_face(
     )
 
 
+def _nothing(face: Face) -> FaceCertificate:
+    """The certificate of a face that has no triangle."""
+    at = _place(face.frame.origin)
+    return FaceCertificate(
+        face.index, face.name, 0, 0, 0, (), 0.0, 0.0, 1.0, at, 0.0, 0.0, 1.0, 0.0, 0.0, ("the face has no triangle",)
+    )
+
+
 def certify(
     faces: Iterable[FaceCertificate],
     *,
@@ -171,7 +178,10 @@ def excuse(triangles: Int, corners: Int) -> NDArray[np.intp]:
     maximum matching). A point listed twice, where two corners meet in one node, excuses two.
     """
     owner: dict[int, int] = {}  # corner number -> row
-    touched = [np.flatnonzero(np.isin(corners, row)).tolist() for row in triangles]
+    at_node: dict[int, list[int]] = {}
+    for number, node in enumerate(corners.tolist()):
+        at_node.setdefault(node, []).append(number)
+    touched = [[k for node in row for k in at_node.get(node, ())] for row in triangles.tolist()]
 
     def find(row: int, seen: set[int]) -> bool:
         for corner in touched[row]:
@@ -296,16 +306,10 @@ def _area_reasons(area: float, mesh_area: float, boundary: _Boundary, outline: O
 
 
 def _shape_reasons(
-    face: Face,
-    normal: Float,
-    points: Float,
-    triangles: Int,
-    shape: TriangleFigures,
-    outline: Outline,
-    diagonal: float,
+    face: Face, points: Float, triangles: Int, shape: TriangleFigures, outline: Outline, diagonal: float
 ) -> list[str]:
     """Triangles upside down, nodes off the plane, edges that do not close up."""
-    reasons = []
+    normal, reasons = face.frame.normal, []
     inverted = np.flatnonzero(shape.normals @ normal <= 0.0)
     if len(inverted):
         at = _text(points[triangles[inverted[0]]].mean(0))

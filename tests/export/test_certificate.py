@@ -228,6 +228,12 @@ def test_box_totals():
     assert certificate.area_error < 1e-14
 
 
+def test_a_face_without_triangles_is_not_certified():
+    found = certify_square(np.empty((0, 2)), np.empty((0, 3)))
+    assert not found.certified
+    assert found.reasons == ("the face has no triangle",)
+
+
 def test_no_faces_is_not_certified():
     assert not dataclasses.replace(box(1).certificate, faces=()).certified
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -62,6 +63,7 @@ def mesh(
     with stdout_to_stderr(json_path == "-"):
         import fubini
 
+        _announce_compilation()
         with Progress() as progress:
             result = fubini.mesh(source, faces=faces, select=select, progress=progress, **options)
         data = _write(result, outputs, json_path, picture)
@@ -73,6 +75,15 @@ def mesh(
         click.echo(table(result))
     _warn_of_rounding(result, outputs)
     ctx.exit(0 if result.certificate.certified else 1)
+
+
+def _announce_compilation() -> None:
+    """Say on a terminal why the very first run takes long."""
+    if sys.stderr.isatty():
+        from fubini._jit import cache_folder
+
+        if not cache_folder().exists():
+            click.echo("first run: compiling, about a minute", err=True)
 
 
 def _check_paths(source: str, outputs: tuple[str, ...], json_path: str | None, picture: str | None) -> None:
