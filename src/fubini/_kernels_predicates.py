@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fubini._jit import kernel
+from fubini._jit import inner, kernel
 
 EPSILON = 2.0**-53
 CCW_ERROR = (3.0 + 16.0 * EPSILON) * EPSILON
@@ -34,7 +34,7 @@ STEPS = np.array(
 ORIENTATION_STEPS, IN_CIRCLE_STEPS = 2, 15
 
 
-@kernel
+@inner
 def two_sum(a, b):
     """(s, e) with s = fl(a + b) and s + e = a + b exactly (Knuth)."""
     s = a + b
@@ -42,7 +42,7 @@ def two_sum(a, b):
     return s, (a - (s - bb)) + (b - bb)
 
 
-@kernel
+@inner
 def two_product(a, b):
     """(p, e) with p = fl(a b) and p + e = a b exactly (Dekker, Veltkamp)."""
     p = a * b
@@ -55,7 +55,7 @@ def two_product(a, b):
     return p, a_low * b_low - (((p - a_high * b_high) - a_low * b_high) - a_high * b_low)
 
 
-@kernel
+@inner
 def add_product(total, n, e, m, f, k):
     """Add the product of the expansions e (m terms) and f (k terms) to ``total`` (n terms), in place.
 
@@ -80,7 +80,7 @@ def add_product(total, n, e, m, f, k):
     return n
 
 
-@kernel
+@inner
 def exact_determinant(ax, ay, bx, by, cx, cy, dx, dy, steps):
     """Sign carrier of the in-circle determinant of a, b, c, d (all steps) or of the orientation of a, b, d.
 
@@ -114,7 +114,7 @@ def orient(ax, ay, bx, by, cx, cy):
     return exact_determinant(ax, ay, bx, by, cx, cy, cx, cy, ORIENTATION_STEPS)
 
 
-@kernel
+@inner
 def double_cross(a, b, c, d):
     """a b + c d of doubles as a double-double."""
     p, e = two_product(a, b)
@@ -123,13 +123,13 @@ def double_cross(a, b, c, d):
     return two_sum(s, g + (e + f))
 
 
-@kernel
+@inner
 def mirrored(au, av, bu, bv, cu, cv, du, dv):
     """Whether one line of constant u mirrors a to b and c to d: then the four are cocircular."""
     return av == bv and cv == dv and two_sum(au, bu) == two_sum(cu, du)
 
 
-@kernel
+@inner
 def double_in_circle(ax, ay, bx, by, cx, cy):
     """In-circle determinant of differences to the fourth point, in double-double.
 
@@ -148,7 +148,7 @@ def double_in_circle(ax, ay, bx, by, cx, cy):
     return det if abs(det) > ICC_ERROR_DOUBLE * size else 0.0
 
 
-@kernel
+@inner
 def close_in_circle(ax, ay, bx, by, cx, cy, dx, dy):
     """in_circle where plain arithmetic cannot decide: symmetry, then double-double, then expansions."""
     if (

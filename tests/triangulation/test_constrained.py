@@ -10,6 +10,7 @@ from scipy.spatial import ConvexHull, Delaunay
 
 from fubini.errors import GeometryError, OptionError
 from fubini.predicates import in_circle, orientation
+from fubini.triangulation._kernels_cdt import delaunay, rank_points
 from fubini.triangulation.constrained import constrained_delaunay
 from fubini.triangulation.validate import validate
 from regions import simple_polygon
@@ -277,6 +278,29 @@ def test_inputs_are_left_alone_and_results_cannot_be_changed():
     for array in (mesh.points, mesh.triangles, mesh.neighbours):
         assert not array.flags.writeable
     assert mesh.triangles.dtype == mesh.neighbours.dtype == np.int32
+
+
+@pytest.mark.parametrize("shape", ["cross", "columns", "spiral", "parabola", "cluster"])
+def test_flips_stay_few_on_points_that_are_bad_for_a_hilbert_curve(shape):
+    """About three flips a point in random order; hundreds along two crossing lines when inserted along the curve."""
+    t = np.linspace(0, 6, 2000)
+    rng = np.random.default_rng(0)
+    points = {
+        "cross": np.concatenate([np.stack([t, 0 * t], axis=1), np.stack([0 * t + 3, t - 3.001], axis=1)]),
+        "columns": np.stack(np.meshgrid(np.arange(10.0), np.arange(400) * 1e-3), axis=-1).reshape(-1, 2),
+        "spiral": np.stack([t * np.cos(20 * t), t * np.sin(20 * t)], axis=1),
+        "parabola": np.stack([t, 0.1 * t * t], axis=1),
+        "cluster": np.concatenate([1e-6 * rng.normal(size=(3000, 2)), rng.random((500, 2))]),
+    }[shape]
+    ranked, order = rank_points(points)
+    n = len(points)
+    assert sorted(order.tolist()) == list(range(n))
+    # a new vertex has three edges and one more for each flip
+    degrees = []
+    for count in range(n // 4, n, n // 60):
+        triangles, _, _ = delaunay(np.concatenate([ranked[:count], ranked[n:]]), np.arange(count))
+        degrees.append((triangles == count - 1).sum())
+    assert np.mean(degrees) < 10
 
 
 # --- what cannot be done is said

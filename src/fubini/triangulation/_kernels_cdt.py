@@ -1,7 +1,7 @@
 """Constrained Delaunay triangulation of a region in one compiled call.
 
-Inside, vertices are numbered by *rank*, their place along a Hilbert curve, so that neighbours in the plane
-are neighbours in memory; ranks n, n + 1, n + 2 are the corners of a far triangle around all points. As the
+Inside, vertices are numbered by *rank*, their place in the order of insertion, so that neighbours in the plane
+are mostly neighbours in memory; ranks n, n + 1, n + 2 are the corners of a far triangle around all points. As the
 segments of a closed boundary separate those corners from the region, they leave no trace in it.
 """
 
@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from fubini._jit import kernel
+from fubini._jit import inner, kernel
 from fubini._kernels_predicates import orient
-from fubini.triangulation._kernels_order import hilbert_order
+from fubini.triangulation._kernels_order import insertion_order
 from fubini.triangulation._kernels_topology import (
     edge_is_illegal,
     find_edge,
@@ -46,7 +46,7 @@ def rank_points(points):
     extent = max(high_x - low_x, high_y - low_y)
     if extent == 0.0:
         extent = 1.0
-    order = hilbert_order(points, low_x, low_y, extent)
+    order = insertion_order(points, low_x, low_y, extent)
     ranked = np.empty((n + 3, 2))
     for rank in range(n):
         ranked[rank, 0], ranked[rank, 1] = points[order[rank], 0], points[order[rank], 1]
@@ -57,7 +57,7 @@ def rank_points(points):
     return ranked, order
 
 
-@kernel
+@inner
 def legalise_star(points, triangles, neighbours, vertex_triangle, t):
     """Flip the rim of the star of vertex p until it is Delaunay; corner 0 of t and of the rest is p."""
     first = triangles[t, 1]
@@ -123,7 +123,7 @@ def find_segments(triangles, neighbours, vertex_triangle, order, segments):
     return half_edge, found, rank
 
 
-@kernel
+@inner
 def crossing_edges(points, triangles, neighbours, vertex_triangle, a, b, queue):
     """Collect the edges (right end, left end) that the segment from a to b crosses into queue (room, 2).
 
@@ -165,7 +165,7 @@ def crossing_edges(points, triangles, neighbours, vertex_triangle, a, b, queue):
     return -1
 
 
-@kernel
+@inner
 def recover_segment(points, triangles, neighbours, vertex_triangle, a, b, queue, touched):
     """Make a - b an edge by flipping the edges that cross it (Sloan 1993); returns whether that succeeded.
 
@@ -267,7 +267,7 @@ def recover_all(points, triangles, neighbours, vertex_triangle, segments, rank, 
     return report
 
 
-@kernel
+@inner
 def flood(triangles, neighbours, half_edge, count, n):
     """Number the triangles on the left of the segments; returns number (count,), how many, and LEAKED or 0.
 
@@ -308,7 +308,7 @@ def flood(triangles, neighbours, half_edge, count, n):
     return number, kept, leaked
 
 
-@kernel
+@inner
 def compact(triangles, neighbours, number, kept, order, k):
     """The kept triangles with points by index: triangles (m, 3), neighbours (m, 3), status bits.
 
@@ -336,7 +336,7 @@ def compact(triangles, neighbours, number, kept, order, k):
     return out, across, leaked | contradicted
 
 
-@kernel
+@inner
 def drop_unused(triangles, n, fixed):
     """Renumber vertices of triangles in place without the unused ones from ``fixed`` on; returns those."""
     number = np.empty(n, np.int32)

@@ -17,14 +17,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from fubini._jit import kernel
+from fubini._jit import inner, kernel
 from fubini._kernels_predicates import in_circle, orient
 
 #: What ``locate`` and ``legalise`` report besides their result.
 DONE, OUT_OF_BUDGET = 0, 1
 
 
-@kernel
+@inner
 def replace_neighbour(neighbours, t, old, new):
     """In triangle t, let the edge towards ``old`` lead to ``new``; nothing where t is a segment code."""
     if t >= 0:
