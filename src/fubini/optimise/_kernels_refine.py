@@ -160,8 +160,8 @@ def insert_point(S, t, x, y, size):
     t1 = S.counts[TRIANGLES]
     S.counts[TRIANGLES] += 2
     split_triangle(S.tri, S.nbr, S.tri_of, t, v, t1, t1 + 1)
-    S.queue[0], S.queue[1], S.queue[2] = t, t1, t1 + 1
-    legalise(S.points, S.tri, S.nbr, S.tri_of, S.queue, 3)
+    S.stack[0], S.stack[1], S.stack[2] = t, t1, t1 + 1
+    legalise(S.points, S.tri, S.nbr, S.tri_of, S.stack, 3)
     return v
 
 

@@ -42,11 +42,12 @@ class State(NamedTuple):
 
     Attributes
     ----------
-    points (N, 2), kind (N,) uint8 (255: removed), size (N,), sharp (N,) uint8 (1: unavoidable corner)
+    points (N, 2), kind (N,) uint8 (255: removed), size (N,), sharp (N,) uint8 (corners; 1: unavoidable, 2: acute)
     tri_of (N,) int32 : one triangle of each node; not used for corners and frozen nodes.
     tri (M, 3), nbr (M, 3) int32 : as in ``Triangulation``; ``tri[t, 0] = -1``: removed.
     free (M,) int32 : numbers of removed triangles, ``counts[FREED]`` of them.
     queue, todo (2 M,) int32, key (2 M,) : triangles that a move left flawed, ``counts[QUEUED]`` of them; their order.
+    stack (M,) int32 : triangles to make Delaunay.
     mark (M,) int32 : stamps of the cavity at hand.
     track (K,) int32, t (K, 2), mode (K,) uint8 : of the segments; mode 255: removed.
     counts (32,) int64, rule (8,) float64 : see the names above.
@@ -62,6 +63,7 @@ class State(NamedTuple):
     nbr: Any
     free: Any
     queue: Any
+    stack: Any
     todo: Any
     key: Any
     mark: Any

@@ -24,13 +24,24 @@ from fubini.optimise._kernels_state import (
     work,
 )
 from fubini.optimise.options import OptimiseOptions, OptimiseOutcome
-from fubini.optimise.state import build_state, copy_of, extend_state, read_state, readonly, rule_of, sharp_nodes
+from fubini.optimise.state import (
+    build_state,
+    copy_of,
+    extend_state,
+    read_state,
+    readonly,
+    rule_of,
+    sharp_nodes,
+)
 from fubini.quality import aspect_ratios, skewness
 from fubini.tracks import Tracks
 from fubini.triangulation.value import Triangulation
 
 #: skewness in degrees that valid triangles are raised to, in turn; at 56 the aspect ratio is below 1.5
 IMPROVED_SKEW = (49.0, 52.0, 55.0, 58.0)
+
+#: flaws that are searched for before refinement, and rounds of refinement and search
+FEW, ROUNDS = 6, 4
 
 
 def flawed_triangles(
@@ -188,19 +199,44 @@ def descend(state: State, scratch: Work, top: int) -> tuple[State, int]:
 
 
 def run(state: State, scratch: Work) -> State:
-    """Descend, then search with kicks; the state may move to larger arrays."""
+    """Descend, then search with kicks, then refine and search again; the state may move to larger arrays."""
     from fubini.optimise._kernels_loop import STUCK
 
     state, status = descend(state, scratch, 2)
-    return search(state, scratch, 60, 12) if status == STUCK else state
+    if status == STUCK and state.counts[QUEUED] <= FEW:
+        state, status = search(state, scratch, 24, 12)
+    for _ in range(ROUNDS):
+        if status != STUCK:
+            break
+        state, status = refine_flaws(state, scratch)
+        if status == STUCK:
+            state, status = search(state, scratch, 24, 12)
+    return state
 
 
-def search(state: State, scratch: Work, rounds: int, patience: int) -> State:
-    """Relax, disturb and descend in turns; the best state seen. Ends when nothing is flawed, or after ``rounds``."""
-    from fubini.optimise._kernels_loop import COUNT, DISTURB, DONE, FULL, RELAX, SPENT, sweep
+def refine_flaws(state: State, scratch: Work) -> tuple[State, int]:
+    """Delaunay refinement at what is flawed, then moves again; the better of the states before and after."""
+    from fubini.optimise._kernels_loop import COUNT, FULL, STUCK, sweep
+    from fubini.optimise._kernels_rescue import rescue
+
+    before, after = copy_of(state), FULL
+    _, _, old = sweep(state, scratch, COUNT, 0)
+    for _ in range(6):
+        while (status := rescue(state, scratch, 4 + 2 * int(state.counts[QUEUED]))) == FULL:
+            state = extend_state(state, 2 * len(state.points))
+        state, after = descend(state, scratch, 2)
+        if after != STUCK or status == STUCK:
+            break
+    _, _, cost = sweep(state, scratch, COUNT, 0)
+    return (state, after) if cost < old else (copy_of(before, state.counts), after)
+
+
+def search(state: State, scratch: Work, rounds: int, patience: int) -> tuple[State, int]:
+    """Relax, disturb and descend in turns, until nothing is flawed or ``rounds`` are over. (best state seen, status)"""
+    from fubini.optimise._kernels_loop import COUNT, DISTURB, FULL, RELAX, SPENT, STUCK, sweep
 
     best, stale = copy_of(state), 0
-    _, _, lowest = sweep(state, scratch, COUNT, 0)
+    reached, _, lowest = sweep(state, scratch, COUNT, 0)
     for turn in range(rounds):
         status, _, _ = sweep(state, scratch, RELAX if turn % 3 == 0 else DISTURB, 0)
         if status == FULL:
@@ -209,11 +245,13 @@ def search(state: State, scratch: Work, rounds: int, patience: int) -> State:
         state, status = descend(state, scratch, 2)
         _, _, cost = sweep(state, scratch, COUNT, 0)
         if cost < lowest - 1e-9:
-            best, lowest, stale = copy_of(state), cost, 0
+            best, lowest, stale, reached = copy_of(state), cost, 0, status
         else:
             stale += 1
-        if status in (DONE, SPENT):
+        if status == SPENT:
+            reached = SPENT
+        if reached != STUCK:
             break
         if stale > 0 and stale % patience == 0:
             state = copy_of(best, state.counts)
-    return copy_of(best, state.counts)
+    return copy_of(best, state.counts), reached

@@ -32,6 +32,9 @@ from fubini.triangulation.value import LOCKED, Boundary, Triangulation
 #: f = tan(skewness - 45 deg) that the moves aim at lies this far above the bound
 MARGIN = 4e-3
 
+#: corners below this (degrees) are filled by one triangle; marked so in ``State.sharp``
+ACUTE, ACUTE_MARK = 50.0, 2
+
 
 def rule_of(options: OptimiseOptions) -> NDArray[np.float64]:
     """The numbers that kernels judge triangles by (``State.rule``)."""
@@ -85,7 +88,8 @@ def build_state(
     kind = np.zeros(n, np.uint8)
     kind[: len(boundary.kind)] = boundary.kind
     sharp = np.zeros(n, np.uint8)
-    sharp[: len(boundary.kind)] = sharp_nodes(boundary, options.min_skew)
+    sharp[: len(boundary.kind)] = np.where(boundary.angle < ACUTE, ACUTE_MARK, 0)
+    sharp[: len(boundary.kind)][sharp_nodes(boundary, options.min_skew) == 1] = 1
     mode = boundary.mode if options.allow_splits else np.full(k, LOCKED, np.uint8)
     tri_of, sizes = np.zeros(nodes, np.int32), np.zeros(nodes)
     sizes[: len(boundary.kind)] = boundary.size
@@ -106,6 +110,7 @@ def build_state(
         grown(np.asarray(tri.neighbours, np.int32), triangles),
         np.zeros(triangles, np.int32),
         np.zeros(2 * triangles, np.int32),
+        np.zeros(triangles, np.int32),
         np.zeros(2 * triangles, np.int32),
         np.zeros(2 * triangles),
         np.zeros(triangles, np.int32),
@@ -137,6 +142,7 @@ def extend_state(state: State, spare: int) -> State:
         longer(state.nbr, m, triangles),
         longer(state.free, len(state.free), triangles),
         longer(state.queue, len(state.queue), 2 * triangles),
+        np.zeros(triangles, np.int32),
         np.zeros(2 * triangles, np.int32),
         np.zeros(2 * triangles),
         longer(state.mark, m, triangles),
