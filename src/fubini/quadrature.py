@@ -15,8 +15,8 @@ Float = NDArray[np.float64]
 #: Halvings after which an interval is taken as it is: 2^-40 of a span holds nothing that counts.
 _LEVELS = 40
 
-#: When this many intervals per given one (and some) are in disagreement, rounding noise is halved in vain.
-_CROWD = 16
+#: Intervals at one level, per given one, at which no more are halved.
+_CROWD = 256
 
 
 @functools.cache
@@ -50,24 +50,27 @@ def adaptive(f: Callable[[Float], Float], breaks: ArrayLike, relative: float, or
     """Integral of ``f`` (n,) -> (n,) or (n, m) over all intervals between ``breaks``: (m,).
 
     An interval is halved until its halves agree with it to ``relative`` of the integral of the
-    absolute value, component by component; what still disagrees when singularities would be settled,
-    or when the number of intervals explodes, is noise and taken as it is.
+    absolute value, component by component. Where the number of intervals explodes, rounding noise
+    is being halved in vain; it is taken as it is.
     """
     b = np.asarray(breaks, np.float64)
     low, high = b[:-1], b[1:]
-    whole, size = _on(f, low, high, order)
+    whole, absolute = _on(f, low, high, order)
     total = np.zeros(whole.shape[1])
-    scale = size.sum(axis=0)
+    scale = absolute.sum(axis=0)
     for _ in range(_LEVELS):
+        if len(low) > _CROWD * (len(b) + 1):
+            break
         middle = (low + high) / 2
-        left, right = _on(f, low, middle, order)[0], _on(f, middle, high, order)[0]
-        good = (np.abs(left + right - whole) <= relative * scale).all(axis=1)
-        total += (left + right)[good].sum(axis=0)
-        if good.all() or (~good).sum() > _CROWD * (len(b) + 15):
-            return total + (left + right)[~good].sum(axis=0)
-        bad = ~good
-        low, high = np.concatenate([low[bad], middle[bad]]), np.concatenate([middle[bad], high[bad]])
-        whole = np.concatenate([left[bad], right[bad]])
+        low, high = np.concatenate([low, middle]), np.concatenate([middle, high])
+        halves = _on(f, low, high, order)[0]
+        both = halves[: len(middle)] + halves[len(middle) :]
+        bad = (np.abs(both - whole) > relative * scale).any(axis=1)
+        total += both[~bad].sum(axis=0)
+        if not bad.any():
+            return total
+        again = np.concatenate([bad, bad])
+        low, high, whole = low[again], high[again], halves[again]
     return total + whole.sum(axis=0)
 
 

@@ -38,8 +38,9 @@ def decompose(region: Region, direction: str = "auto", at_vertices: bool = False
     at_vertices : slice at every vertex of r and s, too, so that each limit is one edge; by default
         only where the set of intervals changes or a limit jumps.
 
-    Raises ``GeometryError`` where the boundary crosses itself, and ``OptionError`` for another
-    direction. Cells are ordered by the start of their outer range, then from below.
+    The region is taken to be valid (``region.check``); ``GeometryError`` where the order of its edges
+    shows that it is not. ``OptionError`` for another direction. Cells are ordered by the start of
+    their outer range, then from below.
     """
     if direction not in ("x", "y", "auto"):
         raise OptionError(f"direction {direction!r} is none of 'x', 'y', 'auto'")

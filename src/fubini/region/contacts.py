@@ -7,7 +7,7 @@ their length, so that even a cusp keeps only a few pairs alive at every step.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,14 +39,17 @@ _CUSP_WIDTH = 1e-7
 
 @dataclass(frozen=True)
 class Contact:
-    """Parts ``a`` and ``b`` meet at ``place`` (2,), at parameters ``ta`` and ``tb`` of their curves."""
+    """Parts ``a`` and ``b`` meet at ``place`` (2,), at parameters ``ta`` and ``tb`` of their curves.
+
+    ``steep``: at an angle, so that they cross unless one of them ends there.
+    """
 
     a: int
     b: int
     ta: float
     tb: float
     place: Float
-    crossing: bool
+    steep: bool
 
 
 @dataclass(frozen=True)
@@ -113,8 +116,8 @@ def _search(parts: Parts, pairs: _Pairs, slack: float, tolerance: float, diagona
         a, b = _strip(parts, pairs.a, pairs.a0, pairs.a1), _strip(parts, pairs.b, pairs.b0, pairs.b1)
         done = _apart(a, b, slack) | _only_joint(parts, pairs, a, b, _NEIGHBOURS * diagonal)
         pairs, a, b = pairs.select(~done), _pick(a, ~done), _pick(b, ~done)
-        meets, crossing = _meets(a, b, slack, tolerance)
-        new = [c for c in _contacts(parts, pairs, a, b, meets, crossing) if not _is_joint(parts, c, diagonal)]
+        meets, steep = _meets(a, b, slack, tolerance)
+        new = [c for c in _contacts(parts, pairs, a, b, meets, steep) if not _is_joint(parts, c, diagonal)]
         pairs = pairs.select(~meets).halved(
             (a.length >= 0.5 * b.length)[~meets], (b.length >= 0.5 * a.length)[~meets]
         )
@@ -196,7 +199,7 @@ def _swing(strip: _Strip) -> Float:
 
 
 def _meets(a: _Strip, b: _Strip, slack: float, tolerance: float) -> tuple[Bool, Bool]:
-    """Which pairs meet for certain (sampled points within ``tolerance``, or a crossing); which cross.
+    """Which pairs meet for certain (sampled points within ``tolerance``, or a crossing); which at an angle.
 
     Neighbours (``slack`` is zero) come close without fault; for them only what cannot be told apart
     at the scale of the tolerance counts.
@@ -216,7 +219,7 @@ def _meets(a: _Strip, b: _Strip, slack: float, tolerance: float) -> tuple[Bool, 
     near = _point_distance(a, b) <= tolerance
     if slack == 0.0:
         near &= np.maximum(a.length, b.length) <= tolerance
-    return crossing | near, crossing
+    return crossing | near, steep
 
 
 def _point_distance(a: _Strip, b: _Strip) -> Float:
@@ -235,36 +238,30 @@ def _point_distance(a: _Strip, b: _Strip) -> Float:
     return best
 
 
-def _contacts(
-    parts: Parts, pairs: _Pairs, a: _Strip, b: _Strip, meets: Bool, crossing: Bool
-) -> list[Contact]:
+def _contacts(parts: Parts, pairs: _Pairs, a: _Strip, b: _Strip, meets: Bool, steep: Bool) -> list[Contact]:
     """The first meeting row of every pair of parts, as contacts."""
     rows = np.flatnonzero(meets)
     key = pairs.a[rows] * np.int64(len(parts)) + pairs.b[rows]
-    order = np.lexsort((~crossing[rows], key))
+    order = np.lexsort((~steep[rows], key))
     _, first = np.unique(key[order], return_index=True)
-    found = []
-    for i in rows[order[first]]:
-        gaps = np.hypot(*(a.points[i][:, None] - b.points[i][None]).reshape(-1, 2).T).reshape(5, 5)
-        j, k = np.unravel_index(int(np.argmin(gaps)), gaps.shape)
-        ta = float(pairs.a0[i] + (pairs.a1[i] - pairs.a0[i]) * 0.25 * j)
-        place, tb = a.points[i, j], float(pairs.b0[i] + (pairs.b1[i] - pairs.b0[i]) * 0.25 * k)
-        contact = Contact(int(pairs.a[i]), int(pairs.b[i]), ta, tb, place, bool(crossing[i]))
-        found.append(_sharpened(contact, a, b, int(i), pairs) if crossing[i] else contact)
-    return found
+    return [_contact(pairs, a, b, int(i), bool(steep[i])) for i in rows[order[first]]]
 
 
-def _sharpened(contact: Contact, a: _Strip, b: _Strip, i: int, pairs: _Pairs) -> Contact:
-    """The same contact at the crossing of the chords."""
+def _contact(pairs: _Pairs, a: _Strip, b: _Strip, i: int, steep: bool) -> Contact:
+    """The contact of row i: where the chords cross, or the nearest sampled points."""
     d, e, w = a.chord[i], b.chord[i], b.points[i, 0] - a.points[i, 0]
-    cross = d[0] * e[1] - d[1] * e[0]
-    s, t = (w[0] * e[1] - w[1] * e[0]) / cross, (w[0] * d[1] - w[1] * d[0]) / cross
-    return replace(
-        contact,
-        place=a.points[i, 0] + s * d,
-        ta=float(pairs.a0[i] + s * (pairs.a1[i] - pairs.a0[i])),
-        tb=float(pairs.b0[i] + t * (pairs.b1[i] - pairs.b0[i])),
-    )
+    if steep:
+        cross = d[0] * e[1] - d[1] * e[0]
+        s, t = (w[0] * e[1] - w[1] * e[0]) / cross, (w[0] * d[1] - w[1] * d[0]) / cross
+        s, t = float(np.clip(s, 0.0, 1.0)), float(np.clip(t, 0.0, 1.0))
+        place = a.points[i, 0] + s * d
+    else:
+        gaps = np.hypot(*(a.points[i][:, None] - b.points[i][None]).reshape(-1, 2).T)
+        j, k = divmod(int(np.argmin(gaps)), 5)
+        s, t, place = 0.25 * j, 0.25 * k, a.points[i, j]
+    ta = float(pairs.a0[i] + s * (pairs.a1[i] - pairs.a0[i]))
+    tb = float(pairs.b0[i] + t * (pairs.b1[i] - pairs.b0[i]))
+    return Contact(int(pairs.a[i]), int(pairs.b[i]), ta, tb, place, steep)
 
 
 def _without(parts: Parts, pairs: _Pairs, found: list[Contact]) -> _Pairs:
@@ -289,7 +286,7 @@ def _thin_out(parts: Parts, pairs: _Pairs, tolerance: float) -> tuple[_Pairs, li
         i = int(np.argmin(distance))
         if distance[i] <= tolerance:
             found.append(Contact(a, b, float(t[i]), float(tb[i]), points[i], False))
-        if distance[i] <= tolerance or count[k] > 8 * _CROWD:
+        if distance[i] <= tolerance or count[k] > 64 * _CROWD:
             settled.append(values[k])
     return pairs.select(~np.isin(key, np.array(settled, dtype=np.int64))), found
 

@@ -80,15 +80,16 @@ def _contact_problem(loops: Sequence[Loop], parts: Parts, contact: Contact, tole
     curves = tuple(int(parts.index[r]) for r in rows)
     edges = tuple(loops[k].edges[i] for k, i in zip(owners, curves, strict=True))
     same = owners[0] == owners[1]
-    at_vertices = all(_near_end(parts, r, contact.place, 4.0 * tolerance) for r in rows)
-    if contact.crossing:
+    ends = [_near_end(parts, r, contact.place, 4.0 * tolerance) for r in rows]
+    crossing = contact.steep and not any(ends)
+    if crossing:
         kind = "self-crossing" if same else "crossing loops"
     elif not same:
         kind = "touching loops"
     else:
-        kind = "repeated vertex" if at_vertices else "self-touching"
+        kind = "repeated vertex" if all(ends) else "self-touching"
     which = f"loop {owners[0]}" if same else f"loops {owners[0]} and {owners[1]}"
-    verb = "cross" if contact.crossing else "touch"
+    verb = "cross" if crossing else "touch"
     message = f"{kind}: edges {edges[0]} and {edges[1]} of {which} {verb}"
     fix = "mend the outline in the CAD model" if same else "keep the outlines apart, or fuse them"
     return Problem(kind, message, _place(contact.place), owners, curves, edges, fix)

@@ -1,0 +1,156 @@
+"""Validation: every kind of fault found at its place, no fault on valid outlines."""
+
+import math
+import time
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fubini.curves import Bezier, CircularArc, Line
+from fubini.errors import GeometryError
+from fubini.region import Region
+from regions import blob, chain, circle, gear, loop, plate, quarter_disk, random_polygon, slot, wedge
+
+SQUARE = [(0, 0), (4, 0), (4, 4), (0, 4)]
+
+
+def faults(region):
+    return [(p.kind, tuple(round(x, 6) for x in p.place)) for p in region.validate()]
+
+
+@pytest.mark.parametrize(
+    "make",
+    [quarter_disk, blob, gear, plate, slot, lambda: slot(1e-6), lambda: wedge(0.5), lambda: wedge(359)],
+)
+def test_valid_outlines_have_no_fault(make):
+    region = make()
+    assert region.validate() == ()
+    assert region.check() is region
+    c, s = math.cos(0.7), math.sin(0.7)
+    assert region.transform([[c, -s], [s, c]], (100, -20)).validate() == ()
+
+
+def test_self_crossing_outline():
+    region = Region(loop([(0, 0), (2, 2), (2, 0), (0, 3)]))
+    ((kind, place),) = faults(region)
+    assert kind == "self-crossing"
+    assert place == (1.2, 1.2)
+    problem = region.validate()[0]
+    assert problem.curves == (0, 2) and problem.edges == (0, 2) and problem.loops == (0, 0)
+    with pytest.raises(GeometryError, match=r"edge 0: at \(1\.2, 1\.2\): self-crossing: edges 0 and 2"):
+        region.check()
+
+
+def test_vertex_on_an_edge_and_repeated_vertex():
+    assert faults(Region(loop([(0, 0), (4, 0), (4, 4), (2, 0), (0, 4)]))) == [("self-touching", (2, 0))]
+    pinched = Region(loop([(0, 0), (2, 2), (4, 0), (4, 4), (2, 2), (0, 4)]))
+    assert faults(pinched) == [("repeated vertex", (2, 2))]
+
+
+def test_spike_of_no_width():
+    spike = Region(loop([(0, 0), (4, 0), (4, 4), (2, 4), (2, 6), (2, 4), (0, 4)]))
+    assert spike.validate()
+    curved = CircularArc((4, 2), 2, math.pi, math.pi / 2)
+    corner = (Line((0, 0), (4, 0)), Line((4, 0), (4, 4)))
+    there_and_back = (*corner, curved.reverse(), curved, Line((4, 4), (0, 4)), Line((0, 4), (0, 0)))
+    assert chain(*there_and_back).validate()
+
+
+def test_loops_that_cross_touch_or_lie_apart():
+    def kinds(*holes):
+        return [p.kind for p in Region(loop(SQUARE), holes).validate()]
+
+    assert kinds(circle(2, 2, 1)) == []
+    assert kinds(circle(2, 2, 2.5)) == ["crossing loops"] * 8
+    assert kinds(circle(3, 2, 1)) == ["touching loops"]
+    assert kinds(circle(1.5, 2, 0.5), circle(2.5, 2, 0.5)) == ["touching loops"]
+    assert kinds(circle(1.5, 2, 0.5), circle(2.3, 2, 0.5)) == ["crossing loops"] * 2
+    assert kinds(circle(7, 2, 1)) == ["hole outside"]
+    assert kinds(circle(2, 2, 1.5), circle(2, 2, 0.5)) == ["nested hole"]
+    assert set(kinds(loop([(4, 4), (3, 4), (3, 3)]))) == {"touching loops"}
+    assert "touching loops" in kinds(circle(2, 2, 1), circle(2, 2, 1))
+
+
+def test_thin_rings_are_valid():
+    for gap in (1e-2, 1e-4, 1e-6):
+        region = Region(circle(0, 0, 1), (circle(0, 0, 1 - gap),))
+        assert region.validate() == ()
+        shifted = Region(circle(0, 0, 1), (circle(1.5 * gap, 0, 1 - gap),)).validate()
+        # below a crossing angle of 1e-5 the two cannot be told apart within the tolerance
+        assert shifted and {p.kind for p in shifted} <= {"crossing loops", "touching loops"}
+
+
+def test_zero_area():
+    line = Region(loop([(0, 0), (1, 1), (3, 3)]))
+    assert "zero area" in [p.kind for p in line.validate()]
+    assert "zero area" in [p.kind for p in Region(loop([(0, 0), (2, 2), (2, 0), (0, 2)])).validate()]
+
+
+def test_curves_that_cross_themselves():
+    knot = Bezier([(0, 0), (4, 3), (-3, 3), (1, 0)])
+    region = chain(knot, Line((1, 0), (0, 0)))
+    ((kind, place),) = faults(region)
+    assert kind == "self-crossing"
+    assert place[0] == pytest.approx(0.5, abs=1e-5)
+    bulge = chain(Line((0, 0), (4, 0)), Bezier([(4, 0), (5, 4), (2, -8), (0, 3)]), Line((0, 3), (0, 0)))
+    assert [k for k, _ in faults(bulge)] == ["self-crossing"] * 2
+
+
+@pytest.mark.parametrize("size", [1e-3, 1e-5, 1e-7])
+def test_tiny_edges_are_no_fault(size):
+    points = [(0, 0), (1, 0), (1 + size, size), (1 + size, 1), (1, 1 + size), (size, 1), (0, 1 - size)]
+    assert Region(loop(points)).validate() == ()
+    sharp = [(0, 0), (1, 0.1), (1 + size, 0.1), (1, 0.1 + size), (0, 0.2)]
+    assert Region(loop(sharp)).validate() == ()
+
+
+@pytest.mark.parametrize("noise", [0.0, 1e-9, 1e-8, -1e-8])
+def test_tangent_joints_and_cusps_with_cad_noise(noise):
+    """A line and an arc that should just touch at their joint, off by the accuracy of CAD data."""
+    cusp = chain(Line((0, 0), (1, noise)), Line((1, noise), (1, 1)), CircularArc((0, 1), 1, 0, -math.pi / 2))
+    assert cusp.validate() == ()
+    straight = (Line((1, 1), (-1, 1)), Line((-1, 1), (-1, noise)), Line((-1, noise), (0, 0)))
+    assert chain(CircularArc((0, 1), 1, -math.pi / 2, 0), *straight).validate() == ()
+
+
+@given(st.integers(0, 10_000))
+@settings(max_examples=30, deadline=None)
+def test_random_polygons_are_valid_until_two_edges_are_swapped(seed):
+    region = random_polygon(seed, 10, 40)
+    assert region.validate() == ()
+    points = region.outer.vertices.copy()
+    k = seed % (len(points) - 3)
+    points[[k, k + 2]] = points[[k + 2, k]]
+    swapped = loop(points)
+    assert (Region(swapped).validate() != ()) == slow_crossing(points)
+
+
+def slow_crossing(p):
+    def side(a, b, c):
+        return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+
+    n = len(p)
+    for i in range(n):
+        for j in range(i + 2, n):
+            a, b, c, d = p[i], p[(i + 1) % n], p[j], p[(j + 1) % n]
+            if (i or j < n - 1) and side(a, b, c) * side(a, b, d) < 0 and side(c, d, a) * side(c, d, b) < 0:
+                return True
+    return False
+
+
+def test_a_thousand_edges_validate_fast():
+    region = gear(205)
+    assert len(region.curves) > 1000
+    start = time.perf_counter()
+    assert region.validate() == ()
+    assert time.perf_counter() - start < 1.5
+
+
+def test_scale_does_not_matter():
+    for scale in (1e-6, 1.0, 1e6):
+        matrix = scale * np.eye(2)
+        assert plate().transform(matrix).validate() == ()
+        crossed = Region(loop(SQUARE), (circle(2, 2, 2.5),)).transform(matrix)
+        assert len(crossed.validate()) == 8
