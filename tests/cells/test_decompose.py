@@ -32,7 +32,7 @@ def test_cells_cover_the_region_once(make, direction, at_vertices):
 
 
 @given(st.integers(0, 10_000), st.booleans())
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=15, deadline=None)
 def test_random_polygons(seed, at_vertices):
     region = random_polygon(seed)
     for direction in ("x", "y"):

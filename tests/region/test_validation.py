@@ -116,7 +116,7 @@ def test_tangent_joints_and_cusps_with_cad_noise(noise):
 
 
 @given(st.integers(0, 10_000))
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=15, deadline=None)
 def test_random_polygons_are_valid_until_two_edges_are_swapped(seed):
     region = random_polygon(seed, 10, 40)
     assert region.validate() == ()

@@ -12,8 +12,9 @@ from numpy.typing import ArrayLike
 from fubini.curves import moments
 from fubini.curves.base import NOISE, Curve, Float, affine, frozen, other
 from fubini.curves.nearest import Table, nearest, sample
-from fubini.curves.quadrature import arc_length, fixed
+from fubini.curves.quadrature import arc_length
 from fubini.errors import GeometryError
+from fubini.quadrature import fixed
 
 _TURN = 2.0 * math.pi
 

@@ -14,8 +14,9 @@ from fubini.curves import moments
 from fubini.curves.base import NOISE, Curve, Float, affine, frozen, other
 from fubini.curves.chain import Chain, bezier_pieces, make_chain
 from fubini.curves.nearest import nearest
-from fubini.curves.quadrature import adaptive, arc_length, fixed
+from fubini.curves.quadrature import arc_length
 from fubini.errors import GeometryError, OptionError
+from fubini.quadrature import adaptive, fixed
 
 #: Newton and bisection steps of the limit functions; bisection alone needs 53.
 _STEPS = 80
