@@ -7,8 +7,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from fubini.errors import OptionError
 from fubini.optimise import OptimiseOptions, OptimiseOutcome, optimise, refine
 from fubini.pipeline.options import MeshOptions, Progress
+from fubini.pipeline.pattern import PatternPoints, pattern_nodes
 from fubini.sampling.boundary import BoundarySizing, EdgeNodes, Outline
 from fubini.sampling.interior import lattice_points
 from fubini.triangulation.constrained import constrained_delaunay
@@ -30,14 +32,18 @@ class FaceResult:
     signature: bytes
 
 
-def attempt(boundary: Boundary, outline: Outline, size: float, options: MeshOptions, number: int) -> OptimiseOutcome:
-    """Mesh one face with the lattice of this number."""
+def attempt(
+    boundary: Boundary, outline: Outline, size: float, options: MeshOptions, number: int, inside: Float | None
+) -> OptimiseOutcome:
+    """Mesh one face with the points ``inside``, or with the lattice of this number where there are none given."""
     if number < SPLIT_SHARED_FROM:
         boundary = replace(boundary, mode=np.where(boundary.mode == 1, LOCKED, boundary.mode).astype(np.uint8))
-    inner = lattice_points(boundary, size, options.gradient, SHIFTS[number % len(SHIFTS)])
-    points = np.concatenate([boundary.points, inner])
-    start = constrained_delaunay(points, boundary)
-    filled = refine(start, outline.tracks, size, options.gradient)
+    if inside is None:
+        inner = lattice_points(boundary, size, options.gradient, SHIFTS[number % len(SHIFTS)])
+        start = constrained_delaunay(np.concatenate([boundary.points, inner]), boundary)
+        filled = refine(start, outline.tracks, size, options.gradient)
+    else:
+        filled = constrained_delaunay(np.concatenate([boundary.points, inside]), boundary)
     return optimise(
         filled, outline.tracks,
         OptimiseOptions(min_skew=options.min_skew, max_aspect_ratio=options.max_aspect_ratio, growth=options.growth),
@@ -45,13 +51,23 @@ def attempt(boundary: Boundary, outline: Outline, size: float, options: MeshOpti
 
 
 class FaceMesher:
-    """Meshes the faces of a model one by one and follows splits of shared edges through all of them."""
+    """Meshes the faces of a model one by one and follows splits of shared edges through all of them.
 
-    def __init__(self, sizing: BoundarySizing, size: float, options: MeshOptions) -> None:
+    ``pattern`` gives mapped points of every face in place of sized edges and lattices.
+    """
+
+    def __init__(
+        self,
+        sizing: BoundarySizing,
+        size: float,
+        options: MeshOptions,
+        pattern: list[PatternPoints] | None = None,
+    ) -> None:
         self.sizing = sizing
         self.size = size
         self.options = options
-        self.base = sizing.resolve()
+        self.pattern = pattern
+        self.base = sizing.resolve() if pattern is None else pattern_nodes(len(sizing.ends), sizing.outlines, pattern)
         self.extra: dict[int, list[float]] = {}
         self.nodes = self.base
         self.results: dict[int, FaceResult] = {}
@@ -78,15 +94,19 @@ class FaceMesher:
     def _mesh_face(self, f: int) -> None:
         """Try lattices, then finer boundaries, until no flawed triangle is left that could be avoided."""
         best: OptimiseOutcome | None = None
-        for number in range(self.options.attempts):
+        outline = self.sizing.outlines[f]
+        inside = self.pattern[f].inside if self.pattern is not None else None
+        numbers = range(self.options.attempts) if inside is None else (0, SPLIT_SHARED_FROM)
+        for number in numbers:
             boundary = self.sizing.boundary(f, self.nodes)
-            outcome = attempt(boundary, self.sizing.outlines[f], self.size, self.options, number)
+            outcome = attempt(boundary, outline, self.size, self.options, number, inside)
             if best is None or outcome.excess < best.excess:
                 best = outcome
             if best.excess == 0:
                 break
-        assert best is not None
-        if best.excess and self.finer.get(f, 0) < self.options.rounds:
+        if best is None:
+            raise OptionError(f"attempts is {self.options.attempts}", fix="allow at least one")
+        if best.excess and inside is None and self.finer.get(f, 0) < self.options.rounds:
             self.finer[f] = self.finer.get(f, 0) + 1
             if self._refine_boundary(f, best):
                 return self._mesh_face(f)

@@ -8,7 +8,7 @@ nearest boundary point, and so become boundary nodes too. The others are interio
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,17 +16,18 @@ from numpy.typing import NDArray
 
 from fubini.cells import decompose
 from fubini.region import Region
-from fubini.sampling.boundary import EdgeNodes, Outline
+from fubini.sampling.boundary import EdgeNodes, Outline, sample_track
 from fubini.sampling.mapping import map_points
-from fubini.sampling.reference import ASP20, ASP48, SP13, SP41, distinct
+from fubini.sampling.reference import distinct, reference_points
 
 Float = NDArray[np.float64]
 
-REFERENCE: dict[str, Callable[[], Float]] = {"SP13": SP13, "SP41": SP41, "ASP20": ASP20, "ASP48": ASP48}
 #: Mapped points within this (times the diagonal) of a curve lie on it.
 ON_BOUNDARY = 1e-9
 #: A point this near to a chord, over the chord's length, would make a sliver with it.
 TOO_NEAR = 0.2
+#: Largest turning of the tangent along one boundary segment, radians.
+TURN = math.pi / 3
 #: Nodes on an edge nearer than this (times the edge's parameter range) are one.
 SAME_NODE = 1e-9
 
@@ -40,10 +41,13 @@ class PatternPoints:
 
 
 def pattern_points(region: Region, outline: Outline, pattern: str) -> PatternPoints:
-    """Map the reference set of this name into the cells of a region and sort out the boundary nodes."""
-    reference = REFERENCE[pattern]()
-    mapped = np.concatenate([map_points(cell, reference) for cell in decompose(region, "auto")])
-    points = distinct(mapped, ON_BOUNDARY * region.diagonal)
+    """Map the reference set of this name into the cells of a region and sort out the boundary nodes.
+
+    The region is sliced at every vertex, as the paper draws it, so that each limit is one smooth curve.
+    """
+    reference = reference_points(pattern)
+    mapped = np.concatenate([map_points(cell, reference) for cell in decompose(region, "auto", at_vertices=True)])
+    points, _ = distinct(mapped, ON_BOUNDARY * region.diagonal)
     curves = [curve for loop in region.loops for curve in loop.curves]
     on_curve, inside = _sort_out(points, curves, outline, ON_BOUNDARY * region.diagonal)
     while True:
@@ -62,17 +66,24 @@ def pattern_nodes(edges: int, outlines: list[Outline], points: list[PatternPoint
         for e, t in zip(outline.edges, of_face.on_curve, strict=True):
             on_edge[e] = np.union1d(on_edge[e], t)
     for outline in outlines:
-        sizes = np.diff(outline.loop_first)
-        for a, n in zip(outline.loop_first[:-1], sizes, strict=True):
-            for j in range(int(a), int(a + n)):
-                least = 4 if n == 1 else (3 if n == 2 and outline.tracks.kinds[j] != 0 else 2)
+        for a, b in itertools.pairwise(outline.loop_first.tolist()):
+            for j in range(a, b):
+                least = max(_least_segments(outline, j), 3 if b - a == 1 else 1)
                 e = outline.edges[j]
-                if len(on_edge[e]) < least:
-                    on_edge[e] = np.union1d(on_edge[e], np.linspace(0.0, 1.0, least))
+                if len(on_edge[e]) <= least:
+                    on_edge[e] = np.union1d(on_edge[e], np.linspace(0.0, 1.0, least + 1))
     on_edge = [_spaced(t) for t in on_edge]
     first = np.zeros(edges + 1, np.int64)
     np.cumsum([len(t) for t in on_edge], out=first[1:])
     return EdgeNodes(first, np.concatenate(on_edge))
+
+
+def _least_segments(outline: Outline, j: int) -> int:
+    """Segments that curve j needs so that none turns by more than ``TURN``; two on any curved one."""
+    if outline.tracks.kinds[j] == 0:
+        return 1
+    _, s, h = sample_track(outline.tracks, j, TURN)
+    return max(2, math.ceil(float(np.sum(np.diff(s) / h[1:])) - 1e-6))
 
 
 def _spaced(t: Float) -> Float:

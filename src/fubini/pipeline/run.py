@@ -18,6 +18,7 @@ from fubini.model import Model, SkippedFace
 from fubini.pipeline.assemble import Assembly, assemble
 from fubini.pipeline.faces import FaceMesher, FaceResult
 from fubini.pipeline.options import MeshOptions, Progress, check_count, pick_size
+from fubini.pipeline.pattern import PatternPoints, pattern_points
 from fubini.result import Certificate, Mesh
 from fubini.sampling.boundary import BoundarySizing, Outline, SizeOptions
 from fubini.tracks import evaluate
@@ -92,7 +93,7 @@ def mesh(
         outlines, ends, SizeOptions(length, gradient=checked.gradient, turn=np.radians(checked.turn))
     )
     with in_model_terms(model, edge_ids):
-        mesher = FaceMesher(sizing, length, checked)
+        mesher = FaceMesher(sizing, length, checked, lay_pattern(model, outlines, checked.pattern))
         clock.lap("boundary")
         results = mesher.run(progress)
     clock.lap("faces")
@@ -169,6 +170,13 @@ def outline_faces(model: Model) -> tuple[list[Outline], NDArray[np.int64], NDArr
     pairs = np.array([(model.edges[e].start, model.edges[e].end) for e in used], np.int64)
     _, ends = np.unique(pairs, return_inverse=True)
     return outlines, np.array(used, np.int64), ends.reshape(-1, 2)
+
+
+def lay_pattern(model: Model, outlines: list[Outline], pattern: str) -> list[PatternPoints] | None:
+    """Mapped points of every face by one of the paper's reference sets; None for "auto"."""
+    if pattern == "auto":
+        return None
+    return [pattern_points(f.region, o, pattern) for f, o in zip(model.faces, outlines, strict=True)]
 
 
 def _certify(
