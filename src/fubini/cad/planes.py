@@ -63,7 +63,7 @@ def face_plane(face: Any, tolerance: float) -> tuple[Float, Float] | None:
 def surface_name(face: Any) -> str:
     """Kind of surface in words, such as "cylinder" or "bspline"."""
     name = str(BRepAdaptor_Surface(face, False).GetType()).rpartition("GeomAbs_")[2]
-    return name.replace("Surface", "").replace("Other", "other").lower() or "other"
+    return name.replace("SurfaceOf", "").replace("Surface", "").lower()
 
 
 def make_frame(point: Float, normal: Float, middle: Float) -> Frame:

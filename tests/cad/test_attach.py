@@ -1,0 +1,101 @@
+"""Our triangles on CAD shapes, seen through the exporters of the front ends and of the kernel."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import trimesh
+from cad import shapes as S
+from cad.hand_mesh import hand_mesh
+from OCP.BRep import BRep_Tool
+from OCP.BRepMesh import BRepMesh_IncrementalMesh
+from OCP.StlAPI import StlAPI_Writer
+from OCP.TopLoc import TopLoc_Location
+from scipy.spatial import cKDTree
+
+from fubini.cad import attach, load, occ
+
+
+def assert_ours(mesh, found) -> None:
+    """Every triangle of ours is found in the exported mesh, facing the same way, and the whole is closed."""
+    ours = mesh.points[mesh.triangles]
+    distance, index = cKDTree(found.triangles.mean(axis=1)).query(ours.mean(axis=1))
+    assert distance.max() < 1e-5
+    normals = np.cross(ours[:, 1] - ours[:, 0], ours[:, 2] - ours[:, 0])
+    assert (np.einsum("ij,ij->i", normals, found.face_normals[index]) > 0).all()
+    planar = len(mesh.triangles)
+    assert len(found.faces) >= planar and found.is_watertight and found.volume > 0
+
+
+def triangles_on(shape) -> list[int]:
+    counts = []
+    for face in S.sub(shape, occ.FACE):
+        found = occ.static(BRep_Tool, "Triangulation")(occ.as_face(face), TopLoc_Location())
+        counts.append(0 if found is None else found.NbTriangles())
+    return counts
+
+
+@pytest.mark.parametrize("place", [S.turned(0), S.turned(shift=(1, 2, 3))], ids=["as built", "placed"])
+def test_the_kernel_keeps_our_triangles_and_meshes_the_rest_to_fit(place, tmp_path):
+    shape = S.plate().Moved(place)
+    mesh = hand_mesh(load(shape))
+    assert attach(mesh) is mesh.model.native
+    counts = np.bincount(mesh.face_of_triangle, minlength=7)
+    assert triangles_on(shape) == counts.tolist()
+    BRepMesh_IncrementalMesh(shape, 0.01, False, 0.1, False)
+    after = triangles_on(shape)
+    assert [a for a, c in zip(after, counts, strict=True) if c] == [c for c in counts if c]
+    assert sum(after) > counts.sum()
+    StlAPI_Writer().Write(shape, str(tmp_path / "out.stl"))
+    assert_ours(mesh, trimesh.load(tmp_path / "out.stl"))
+
+
+def test_parts_placed_several_times_share_the_first_mesh(tmp_path):
+    part = S.plate()
+    shape = occ.compound([part, part.Moved(S.turned(shift=(20, 0, 0)))])
+    mesh = hand_mesh(load(shape))
+    attach(mesh)
+    BRepMesh_IncrementalMesh(shape, 0.01, False, 0.1, False)
+    StlAPI_Writer().Write(shape, str(tmp_path / "out.stl"))
+    found = trimesh.load(tmp_path / "out.stl")
+    assert found.is_watertight and len(found.faces) >= len(mesh.triangles)
+
+
+def test_edges_of_every_kind_fit_the_curved_faces_beside_them(corpus, tmp_path):
+    for name in ("gen-bd_warehouse/HexNut_M10-1.5.brep", "trimesh/models/featuretype.STEP"):
+        mesh = hand_mesh(load(corpus / name), 16)
+        shape = attach(mesh)
+        BRepMesh_IncrementalMesh(shape, 0.05, False, 0.2, False)
+        counts = np.bincount(mesh.face_of_triangle, minlength=len(triangles_on(shape)))
+        for found, ours in zip(triangles_on(shape), counts, strict=True):
+            assert found == ours if ours else found > 0
+        StlAPI_Writer().Write(shape, str(tmp_path / "out.stl"))
+        assert trimesh.load(tmp_path / "out.stl").is_watertight
+
+
+def test_build123d_exports_our_triangles(tmp_path):
+    b = pytest.importorskip("build123d", exc_type=ImportError)
+    part = b.Pos(1, 2, 3) * (b.Rot(20, 30, 40) * (b.Box(3, 2, 1) - b.Cylinder(0.4, 2)))
+    mesh = hand_mesh(load(part))
+    attach(mesh)
+    b.export_stl(part, tmp_path / "out.stl", tolerance=0.01, angular_tolerance=0.1)
+    assert_ours(mesh, trimesh.load(tmp_path / "out.stl"))
+    counts = np.bincount(mesh.face_of_triangle, minlength=7)
+    assert all(len(f.tessellate(0.01)[1]) == c for f, c in zip(part.faces(), counts, strict=False) if c)
+    assert len(part.tessellate(0.01, 0.1)[1]) == len(trimesh.load(tmp_path / "out.stl").faces)
+    b.export_gltf(part, tmp_path / "out.glb", binary=True, linear_deflection=0.01, angular_deflection=0.1)
+    assert len(trimesh.load(tmp_path / "out.glb", force="mesh").faces) == len(trimesh.load(tmp_path / "out.stl").faces)
+
+
+def test_cadquery_exports_our_triangles(tmp_path):
+    cq = pytest.importorskip("cadquery", exc_type=ImportError)
+    plane = cq.Plane((1, 2, 3), (1, 1, 0), (1, -1, 2))
+    work = cq.Workplane(plane).box(3, 2, 1).faces(">Z").workplane().hole(0.6)
+    mesh = hand_mesh(load(work))
+    attach(mesh)
+    cq.exporters.export(work, str(tmp_path / "out.stl"), tolerance=0.01)
+    found = trimesh.load(tmp_path / "out.stl")
+    assert_ours(mesh, found)
+    assert len(work.val().tessellate(0.01)[1]) == len(found.faces)
+    cq.Assembly(work, loc=cq.Location((5, 0, 0), (0, 0, 1), 30)).export(str(tmp_path / "out.glb"), tolerance=0.01)
+    assert len(trimesh.load(tmp_path / "out.glb", force="mesh").faces) == len(found.faces)
