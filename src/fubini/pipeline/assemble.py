@@ -79,7 +79,12 @@ def _boundary_nodes(
 
 
 def _reconcile(
-    points: Float, lifted: Float, index: NDArray[np.int64], owners: NDArray[np.int64], frames: list[Frame], diagonal: float
+    points: Float,
+    lifted: Float,
+    index: NDArray[np.int64],
+    owners: NDArray[np.int64],
+    frames: list[Frame],
+    diagonal: float,
 ) -> None:
     """Move nodes whose faces lift them to different places onto the planes of all these faces, in place.
 

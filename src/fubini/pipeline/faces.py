@@ -116,7 +116,7 @@ class FaceMesher:
 
     def _refine_boundary(self, f: int, outcome: OptimiseOutcome) -> bool:
         """Ask for a finer boundary where flawed triangles are left."""
-        if not self.sizing.lower_near(f, outcome.worst, self.nodes, 0.7):
+        if not self.sizing.lower_near(f, np.array(outcome.worst), self.nodes, 0.7):
             return False
         base = self.sizing.resolve()
         for e in list(self.extra):
