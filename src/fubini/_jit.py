@@ -19,6 +19,7 @@ import numba
 import numpy as np
 from numba.core import sigutils, types
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, _CacheLocator
+from numba.core.types.misc import unliteral
 
 
 @functools.cache
@@ -71,7 +72,7 @@ class _Cache(FunctionCache):
 
 def _plain(kind: Any) -> Any:
     """The type that an argument is compiled for: constants and all integers become int64."""
-    kind = types.unliteral(kind)
+    kind = unliteral(kind)
     return types.int64 if isinstance(kind, types.Integer) else kind
 
 

@@ -153,6 +153,6 @@ def _delaunay(tri: Triangulation) -> list[str]:
     inner = across >= 0
     t, u = t[inner], across[inner]
     corner = np.argmax(tri.neighbours[u] == t[:, None], axis=1)
-    circle = [tri.points[tri.triangles[t, i]] for i in range(3)]
-    inside = predicates.in_circle(*circle, tri.points[tri.triangles[u, corner]]) > 0
+    a, b, c = (tri.points[tri.triangles[t, i]] for i in range(3))
+    inside = predicates.in_circle(a, b, c, tri.points[tri.triangles[u, corner]]) > 0
     return _report("triangle {} has a neighbour's corner inside its circle", t[inside])
