@@ -10,12 +10,12 @@ from typing import Any
 from paper import first_mesh
 
 
-def run(name: str, shape: Any, size: float, patterns: Sequence[str] = (), direction: str = "x") -> None:
+def run(name: str, shape: Any, size: float, patterns: Sequence[str] = (), direction: str = "x") -> bool:
     """Command line of an example: ``FOLDER [--step] [--size H]``.
 
     Writes ``name.step``; then, unless ``--step`` is given, the mesh of the wanted size and one for each of the
     paper's reference sets, as ``name[-pattern].stl`` and ``.png``. ``direction`` is that of the cells that
-    those are laid into.
+    those are laid into. Gives False when only the STEP file was asked for.
     """
     parser = argparse.ArgumentParser(description=f"Make and mesh the example {name}.")
     parser.add_argument("folder", type=Path, nargs="?", default=Path(), help="where the files go")
@@ -25,11 +25,12 @@ def run(name: str, shape: Any, size: float, patterns: Sequence[str] = (), direct
     asked.folder.mkdir(parents=True, exist_ok=True)
     print(f"wrote {write_step(shape, asked.folder / f'{name}.step')}")
     if asked.step:
-        return
+        return False
     show(shape, asked.folder / name, asked.size)
     for pattern in patterns:
         show(shape, asked.folder / f"{name}-{pattern}", asked.size, pattern)
         print(f"before the optimiser: {first_mesh(shape, pattern, direction)}")
+    return True
 
 
 def write_step(shape: Any, path: Path) -> Path:

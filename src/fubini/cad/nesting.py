@@ -71,7 +71,7 @@ def containment(polygons: Sequence[Complex]) -> list[int]:
     The polygons stand for curves, so points nearer to a polygon than its sampling is fine are no evidence;
     the point farthest from it decides, and clear evidence on both sides means that the two cross.
     """
-    area = [abs(_area(p)) for p in polygons]
+    area = np.array([abs(_area(p)) for p in polygons])
     boxes = np.array([[p.real.min(), p.imag.min(), p.real.max(), p.imag.max()] for p in polygons]).reshape(-1, 4)
     order = np.lexsort((np.arange(len(polygons)), area))
     sorted_boxes = boxes[order]
