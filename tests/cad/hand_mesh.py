@@ -8,8 +8,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import Delaunay
 
-from fubini.result import Certificate, Mesh
 from fubini.model import Model
+from fubini.result import Certificate, Mesh
 
 
 def hand_mesh(model: Model, steps: int = 24) -> Mesh:

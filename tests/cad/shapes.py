@@ -6,16 +6,16 @@ import pytest
 
 pytest.importorskip("OCP")
 
-from OCP.BRep import BRep_Builder  # noqa: E402
-from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut  # noqa: E402
-from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakeWire  # noqa: E402
-from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakeCylinder  # noqa: E402
-from OCP.gp import gp_Ax1, gp_Ax2, gp_Dir, gp_Pnt, gp_Trsf, gp_Vec  # noqa: E402
-from OCP.TopLoc import TopLoc_Location  # noqa: E402
-from OCP.TopoDS import TopoDS_Face, TopoDS_Wire  # noqa: E402
+from OCP.BRep import BRep_Builder
+from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
+from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakeWire
+from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakeCylinder
+from OCP.gp import gp_Ax1, gp_Ax2, gp_Dir, gp_Pnt, gp_Trsf, gp_Vec
+from OCP.TopLoc import TopLoc_Location
+from OCP.TopoDS import TopoDS_Face, TopoDS_Wire
 
-from fubini.cad import occ  # noqa: E402
-from fubini.cad.faces import _array_types, _filled  # noqa: E402
+from fubini.cad import occ
+from fubini.cad.faces import _array_types, _filled
 
 
 def box(x=3.0, y=2.0, z=1.0, at=(0.0, 0.0, 0.0)):

@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import trimesh
-from cad import shapes as S
-from cad.hand_mesh import hand_mesh
 from OCP.BRep import BRep_Tool
 from OCP.BRepMesh import BRepMesh_IncrementalMesh
 from OCP.StlAPI import StlAPI_Writer
 from OCP.TopLoc import TopLoc_Location
 from scipy.spatial import cKDTree
 
+from cad import shapes as S
+from cad.hand_mesh import hand_mesh
 from fubini.cad import attach, load, occ
 
 

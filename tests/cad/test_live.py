@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from cad.test_load import figures
 
+from cad.test_load import figures
 from fubini.cad import load
 from fubini.errors import GeometryError, InputError
 

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from fubini.result import Mesh
 
 Float = NDArray[np.float64]
-Int = NDArray[np.int32]
+Int = NDArray[np.integer[Any]]
 
 #: Stated deflection of our triangulations (model units): finer than any request.
 DEFLECTION = 1e-9

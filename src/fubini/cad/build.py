@@ -29,6 +29,9 @@ Float = NDArray[np.float64]
 #: Relative accuracy asked of the kernel's adaptive quadrature.
 _AREA_ACCURACY = 1e-10
 
+#: A gap between a curve and its vertex of more than this, times the length of the curve, is worth a remark.
+_SHORT = 1e-2
+
 #: A face of less area than this, times the square of its perimeter, has none.
 _NO_AREA = 1e-12
 
@@ -170,12 +173,13 @@ class _Builder:
         self.edges[index] = Edge(
             index, edge.curve.kind, *edge.vertices, tolerance=edge.tolerance, conversion=edge.curve.conversion
         )
+        chord = float(np.linalg.norm(edge.ends[1] - edge.ends[0]))
         for vertex, end in zip(edge.vertices, edge.ends, strict=True):
             if vertex < 0:
                 continue
             point = self.vertices.setdefault(vertex, self.table.points[vertex])
             gap = float(np.linalg.norm(point - end))
-            if gap > VERTEX_GAP * self.diagonal:
+            if gap > VERTEX_GAP * self.diagonal or (gap > _SHORT * chord and gap > _SHORT * self.table.length(index)):
                 self.notes.append(
                     f"edge {index} ends {gap:.3g} off its vertex at {_words(point)}; its end was moved there"
                 )
@@ -196,8 +200,9 @@ class _Builder:
         distances = [e.curve.leaves(frame) for e in used]
         distance = max(distances)
         if distance > FLAT * self.diagonal:
+            edge = used[distances.index(distance)].index
             self.notes.append(
-                f"face {face}: edge {used[distances.index(distance)].index} leaves the plane by up to {distance:.3g}; it is projected into it"
+                f"face {face}: edge {edge} leaves the plane by up to {distance:.3g}; it is projected into it"
             )
 
 

@@ -53,7 +53,6 @@ class EdgeTable:
         self._vertex_shapes = occ.ShapeMap(shape, occ.VERTEX)
         self._tolerance = CONVERSION * diagonal
         self._edges: dict[int, CadEdge] = {}
-        self._vertices: dict[int, int | tuple[int, int]] = {}
         self.points: dict[int, Float] = {}
 
     def index(self, edge: Any) -> int:
@@ -68,13 +67,19 @@ class EdgeTable:
         """The ``TopoDS_Edge``, run along its curve."""
         return occ.as_edge(self.shapes[index].Oriented(Orientation.TopAbs_FORWARD))
 
+    def length(self, index: int) -> float:
+        """Length of the chord through a few points of the edge: an estimate from below."""
+        return float(np.linalg.norm(np.diff(self.sample(index, 5), axis=0), axis=1).sum())
+
     def sample(self, index: int, count: int) -> Float:
         """Points (count, 3) along the edge, equally spaced in its parameter, ends included."""
         adaptor = BRepAdaptor_Curve(self.forward(index))
-        return np.array([
-            occ.xyz(adaptor.Value(float(t)))
-            for t in np.linspace(adaptor.FirstParameter(), adaptor.LastParameter(), count)
-        ])
+        return np.array(
+            [
+                occ.xyz(adaptor.Value(float(t)))
+                for t in np.linspace(adaptor.FirstParameter(), adaptor.LastParameter(), count)
+            ]
+        )
 
     def __getitem__(self, index: int) -> CadEdge:
         if index not in self._edges:

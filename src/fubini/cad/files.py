@@ -80,7 +80,7 @@ def _step_names(transferred: Any, shape: Any, kind: Any) -> Names:
     found = []
     for part in occ.ShapeMap(shape, kind):
         entity = transferred.EntityFromShapeResult(occ.unplaced(part), 1)
-        text = getattr(entity, "Name", lambda: None)()
+        text: Any = getattr(entity, "Name", lambda: None)()
         name = text.ToCString().strip() if hasattr(text, "ToCString") else ""
         if name.upper() not in _NO_NAME:
             found.append((part, name))

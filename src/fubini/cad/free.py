@@ -99,7 +99,7 @@ def _refuse_open(at: dict[int, list[int]], ends: Float) -> None:
     loose = [i[0] for i in at.values() if len(i) == 1]
     if loose:
         here = ends[loose[0]]
-        rest = [i for i in loose[1:]] or [loose[0]]
+        rest = loose[1:] or loose
         near = ends[min(rest, key=lambda i: float(np.linalg.norm(ends[i] - here)))]
         where = ", ".join(f"{x:.9g}" for x in near)
         raise GeometryError(

@@ -82,7 +82,11 @@ class _Parts:
             self._add_sketch(value)
         elif _kernel_shape(value) is not None:
             self._add_labelled(value)
-        elif isinstance(value, Iterable) and not isinstance(value, str | bytes | Mapping) and not hasattr(type(value), "wrapped"):
+        elif (
+            isinstance(value, Iterable)
+            and not isinstance(value, str | bytes | Mapping)
+            and not hasattr(type(value), "wrapped")
+        ):
             for item in value:
                 self.add(item)
         elif front:

@@ -97,9 +97,7 @@ def _doubled(coedges: Any) -> set[int]:
     return {edge for edge, forward in runs if forward and runs[edge, True] == runs[edge, False]}
 
 
-def _in_order(
-    coedges: list[Coedge], wire: Any, face: Any, table: EdgeTable, reach: float
-) -> list[tuple[Coedge, ...]]:
+def _in_order(coedges: list[Coedge], wire: Any, face: Any, table: EdgeTable, reach: float) -> list[tuple[Coedge, ...]]:
     """The stored order when it already closes, else the kernel's, else our own."""
     if not coedges:
         return []
