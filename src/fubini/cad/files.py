@@ -13,7 +13,7 @@ from OCP.STEPControl import STEPControl_Reader
 from OCP.TopoDS import TopoDS_Shape
 
 from fubini.cad import occ
-from fubini.cad.integrity import check_brep, check_step
+from fubini.cad.integrity import check_brep, check_step, names_kind
 from fubini.cad.source import ReadOptions, Source
 from fubini.errors import InputError
 
@@ -32,11 +32,12 @@ def read_step(path: Path, options: ReadOptions) -> Source:
     reader = STEPControl_Reader()
     shape = _transfer(reader, path, "STEP")
     transferred = reader.WS().TransferReader()
-    faces = _step_names(transferred, shape, occ.FACE)
-    solids = _step_names(transferred, shape, occ.SOLID)
+    # the kernel searches all entities for each shape, so it is asked only where there is a name to find
+    faces = _step_names(transferred, shape, occ.FACE) if names_kind(path, "ADVANCED_FACE|FACE_SURFACE") else ()
+    edges = _step_names(transferred, shape, occ.EDGE) if names_kind(path, "EDGE_CURVE") else ()
     if len(occ.ShapeMap(shape, occ.SOLID)) > 1:
-        faces += solids
-    return Source(shape, str(path), faces, _step_names(transferred, shape, occ.EDGE), notes)
+        faces += _step_names(transferred, shape, occ.SOLID)
+    return Source(shape, str(path), faces, edges, notes)
 
 
 def read_iges(path: Path, options: ReadOptions) -> Source:

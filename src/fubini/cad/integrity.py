@@ -61,6 +61,12 @@ def _dangling(text: bytes, known: set[bytes], path: Path) -> tuple[str, ...]:
     return tuple(notes[:10])
 
 
+def names_kind(path: Path, kind: str) -> bool:
+    """Whether some entity of a STEP file whose type matches the pattern ``kind`` carries a real name."""
+    named = re.compile(rb"(?:" + kind.encode() + rb")\s*\(\s*'\s*(?!NONE\s*'|NULL\s*')[^'\s]", re.IGNORECASE)
+    return named.search(path.read_bytes()) is not None
+
+
 def check_brep(path: Path) -> None:
     """``InputError`` unless this is the kernel's text format with all sections and all shapes."""
     data = path.read_bytes()
