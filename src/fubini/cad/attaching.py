@@ -120,7 +120,7 @@ def _placed(transformation: Any, points: Float) -> Float:
     return points @ matrix[:, :3].T + matrix[:, 3]
 
 
-def _set_normals(triangulation: Any, points: Float, corners: Int) -> None:
+def _set_normals(triangulation: Any, points: Float, corners: NDArray[np.signedinteger]) -> None:
     """One normal for all nodes: that of the plane, as the stored triangles run."""
     a, b, c = (points[corners[:, k] - 1] for k in range(3))
     total = np.cross(b - a, c - a).sum(axis=0)

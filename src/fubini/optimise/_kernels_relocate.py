@@ -70,7 +70,8 @@ def valid_place(W, k, mean, rule):
 def relocate(S, W, v, fall, soft):
     """Move interior node v where the cost of its star falls by more than ``fall``; whether it moved.
 
-    Where the valid region is empty, to the place of least cost. ``soft``: instead raise its lowest f, with no rise of cost.
+    Where the valid region is empty, to the place of least cost. ``soft``: instead raise its lowest f,
+    with no rise of cost.
     """
     k, closed = star(S, W, v)
     if k < 3 or not closed:

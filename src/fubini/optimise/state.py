@@ -58,7 +58,7 @@ def sharp_nodes(boundary: Boundary, min_skew: float) -> NDArray[np.uint8]:
 
 def readonly(array: NDArray, kind: type) -> NDArray:
     """A read-only view for kernels that only look: one array type, no copy of what is frozen already."""
-    view = np.ascontiguousarray(array, kind).view()
+    view: NDArray = np.ascontiguousarray(array, kind).view()
     view.flags.writeable = False
     return view
 

@@ -13,7 +13,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from fubini.curves import Curve, track
 from fubini.errors import GeometryError
@@ -200,7 +200,7 @@ class BoundarySizing:
             dirty = self._faces_of(changed)
         return self._place()
 
-    def lower_near(self, face: int, places: Float, nodes: EdgeNodes, factor: float) -> bool:
+    def lower_near(self, face: int, places: ArrayLike, nodes: EdgeNodes, factor: float) -> bool:
         """Ask for smaller segments of one face near ``places`` (k, 2); False when nothing changed."""
         boundary = self.boundary(face, nodes)
         mid = boundary.points
