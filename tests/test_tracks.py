@@ -80,3 +80,18 @@ def test_many_tracks_at_once():
         builder.add(LINE, (k, 0), (k, 1))
     out = evaluate(builder.build(), [3, 1, 0], [0.5, 0.25, 1.0])
     assert out.tolist() == [[3, 0.5], [1, 0.25], [0, 1]]
+
+
+def test_rounding_keeps_dimensionless_data_at_any_scale():
+    from fubini.tracks import rounded
+
+    for scale in (1.0, 2.0**20, 2.0**-20):
+        builder = TrackBuilder()
+        builder.add(1, (scale, 0), (0, scale), (0, 0), (scale, 0), (0, scale), (0.0, math.pi / 2))
+        s = math.sqrt(0.5)
+        builder.add(2, (scale, 0), (0, scale), [1, 2], [0, 1], [[scale, 0, 1], [s * scale, s * scale, s], [0, scale, 1]])
+        tracks = builder.build()
+        near = rounded(tracks, scale, 32)
+        assert np.abs(near.data[10:12] - tracks.data[10:12]).max() < 2e-10
+        gap = evaluate(near, [0, 1], [0.3, 0.3]) - evaluate(tracks, [0, 1], [0.3, 0.3])
+        assert 0 < np.abs(gap).max() < 1e-9 * scale

@@ -85,6 +85,22 @@ def test_power_of_two_scales_the_mesh():
     assert np.abs(big.points / 1024.0 - small.points).max() < 1e-12
 
 
+def test_models_that_differ_by_rounding_get_the_same_mesh():
+    """A live object and its STEP file differ in the last digits; ties must not fall differently."""
+    rng = np.random.default_rng(1)
+    points = np.array([(0, 0), (4, 0), (4, 3), (2, 3), (2, 1), (0, 1)], float) + (0.1, 0.7)
+    a = mesh_of(regions.polygon(points), 0.15)
+    b = mesh_of(regions.polygon(points + 1e-14 * rng.standard_normal(points.shape)), 0.15)
+    assert a.triangles.tobytes() == b.triangles.tobytes()
+    assert np.abs(a.points - b.points).max() < 1e-12
+
+
+def test_corners_are_the_cad_vertices_to_the_last_bit():
+    points = np.random.default_rng(5).random((3, 2)) + [(0, 0), (3, 0.1), (1.3, 2)]
+    mesh = mesh_of(regions.polygon(points), 0.3)
+    assert {tuple(p) for p in points} <= {tuple(p[:2]) for p in mesh.points}
+
+
 def test_far_from_the_origin():
     assert_promises(mesh_of(regions.gear().transform(np.eye(2), (1e6, -2e6)), 0.1))
 

@@ -48,8 +48,11 @@ def test_nodes_lie_on_their_tracks_and_loops_close(name):
 def test_every_curve_end_is_a_corner_node(name):
     make, size = CLASSICS[name]
     boundary, _sizing, _ = discretise(make(), size)
-    starts = {tuple(c.start) for loop in make().loops for c in loop.curves}
-    assert {tuple(p) for p in boundary.points[boundary.kind == CORNER]} == starts
+    starts = np.array([c.start for loop in make().loops for c in loop.curves])
+    corners = boundary.points[boundary.kind == CORNER]
+    assert len(corners) == len(starts)
+    gap = np.linalg.norm(corners[:, None] - starts, axis=2).min(axis=1)
+    assert gap.max() <= 1e-9 * make().diagonal
 
 
 @pytest.mark.parametrize("name", CLASSICS)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from fubini.model import Frame, Model
 from fubini.pipeline.faces import FaceResult
 from fubini.sampling.boundary import Outline
+from fubini.tracks import evaluate
 
 Float = NDArray[np.float64]
 Int = NDArray[np.int32]
@@ -74,7 +75,9 @@ def _boundary_nodes(
         key[node, 1] = np.where(at_end, 0.0, t)
         keys.append(key)
         owners.append(np.full(len(key), f))
-        lifted.append(face.frame.to_space(boundary.points))
+        exact = np.empty((len(key), 2))
+        exact[node] = evaluate(outline.exact, boundary.track, t)
+        lifted.append(face.frame.to_space(exact))
     return np.concatenate(keys), np.concatenate(owners), np.concatenate(lifted)
 
 

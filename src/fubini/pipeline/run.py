@@ -25,13 +25,15 @@ from fubini.tracks import evaluate
 from fubini.triangulation.value import CORNER
 
 
-def load(source: Any) -> Model:
+def load(source: Any, **reading: Any) -> Model:
     """Read the planar faces of a source.
 
     Parameters
     ----------
     source : a path to .step, .stp, .brep, .iges, .igs, .dxf, .svg or .FCStd; a live build123d or
         CadQuery object; a ``TopoDS_Shape``; or a ``Model``, which is returned as it is.
+    reading : options of ``fubini.cad.load``: ``groups`` (names for live sub-shapes), ``gap`` (tolerance
+        between ends of loose entities in drawings), ``check`` (whether outlines are validated).
 
     Raises
     ------
@@ -43,7 +45,7 @@ def load(source: Any) -> Model:
         return source
     from fubini.cad import load as read
 
-    return read(source)
+    return read(source, **reading)
 
 
 def mesh(
@@ -208,7 +210,7 @@ def _certify(
         )
         faces.append(
             certificate.certify_face(
-                face, whole.points, whole.triangles[at : at + n], judged, partial(evaluate, outline.tracks),
+                face, whole.points, whole.triangles[at : at + n], judged, partial(evaluate, outline.exact),
                 diagonal=model.diagonal, moves=outcome.moves, budget_exhausted=outcome.budget_exhausted, **bounds,
             )
         )

@@ -19,7 +19,7 @@ from fubini.curves import Curve, track
 from fubini.errors import GeometryError
 from fubini.region import Region
 from fubini.sampling import _kernels_boundary as kernels
-from fubini.tracks import TrackBuilder, Tracks, evaluate
+from fubini.tracks import TrackBuilder, Tracks, evaluate, rounded
 from fubini.triangulation.constrained import constrained_delaunay
 from fubini.triangulation.value import Boundary, Triangulation
 
@@ -29,6 +29,8 @@ Float = NDArray[np.float64]
 SHARP = 50.0
 #: Share of the shorter edge that the triangle of a sharp corner may take.
 LEG_SHARE = 0.34
+#: Decisions are taken on coordinates rounded to the diagonal over two to this.
+GRID_BITS = 32
 #: A gap is resolved when the nodes beside it are no further apart than the wanted size over this.
 RESOLVED = 0.85
 
@@ -63,12 +65,15 @@ class SizeOptions:
 class Outline:
     """One face as the boundary discretisation sees it: its curves as tracks, in loop order.
 
-    ``edges`` (c,) numbers the model's edges, ``forward`` (c,) tells whether the loop runs along the
+    ``exact`` holds the curves as they are, ``tracks`` the same rounded to ``GRID_BITS``: decisions are
+    taken on rounded curves, so that models that differ by rounding alone (a live object and its STEP
+    file) get the same mesh; positions come from the exact ones. ``edges`` (c,) numbers the model's edges, ``forward`` (c,) tells whether the loop runs along the
     edge; track j is curve j in the direction of its edge. ``angles`` (c,) holds the interior angle
     in degrees at the start of curve j. ``loop_first`` (l + 1,) delimits the loops.
     """
 
     tracks: Tracks
+    exact: Tracks
     loop_first: NDArray[np.int64]
     edges: NDArray[np.int64]
     forward: NDArray[np.bool_]
@@ -88,8 +93,10 @@ class Outline:
         angles = np.full(len(edges), 180.0)
         for corner in region.corners():
             angles[first[corner.loop] + corner.index] = corner.angle
+        exact = builder.build()
+        coarse = rounded(exact, region.diagonal, GRID_BITS)
         return cls(
-            builder.build(), np.array(first), np.array(edges, np.int64), np.array(forward), angles
+            coarse, exact, np.array(first), np.array(edges, np.int64), np.array(forward), np.round(angles, 6)
         )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -65,3 +66,22 @@ def evaluate(tracks: Tracks, track: ArrayLike, t: ArrayLike) -> NDArray[np.float
     out = np.empty((len(params), 2))
     evaluate_many(*tracks, np.ascontiguousarray(which), np.ascontiguousarray(params), out)
     return out
+
+
+def rounded(tracks: Tracks, length: float, bits: int) -> Tracks:
+    """The same tracks with lengths rounded to ``length`` / 2^bits, angles and weights to 1 / 2^bits.
+
+    ``length`` is taken down to a power of two, so that scaling by powers of two commutes with it.
+    """
+    unit = 2.0**-bits
+    grid = np.full(len(tracks.data), unit)
+    coordinate = unit * 2.0 ** math.floor(math.log2(length))
+    for kind, o in zip(tracks.kinds.tolist(), tracks.offsets.tolist(), strict=True):
+        grid[o : o + 4] = coordinate
+        if kind == CONIC:
+            grid[o + 4 : o + 10] = coordinate
+        elif kind == RATIONAL:
+            pieces, degree = int(tracks.data[o + 4]), int(tracks.data[o + 5])
+            poles = grid[o + 7 + pieces : o + 7 + pieces + 3 * pieces * (degree + 1)].reshape(-1, 3)
+            poles[:, :2] = coordinate
+    return tracks._replace(data=np.round(tracks.data / grid) * grid)
