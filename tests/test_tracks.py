@@ -89,7 +89,8 @@ def test_rounding_keeps_dimensionless_data_at_any_scale():
         builder = TrackBuilder()
         builder.add(1, (scale, 0), (0, scale), (0, 0), (scale, 0), (0, scale), (0.0, math.pi / 2))
         s = math.sqrt(0.5)
-        builder.add(2, (scale, 0), (0, scale), [1, 2], [0, 1], [[scale, 0, 1], [s * scale, s * scale, s], [0, scale, 1]])
+        poles = [[scale, 0, 1], [s * scale, s * scale, s], [0, scale, 1]]
+        builder.add(2, (scale, 0), (0, scale), [1, 2], [0, 1], poles)
         tracks = builder.build()
         near = rounded(tracks, scale, 32)
         assert np.abs(near.data[10:12] - tracks.data[10:12]).max() < 2e-10

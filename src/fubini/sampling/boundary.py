@@ -67,9 +67,10 @@ class Outline:
 
     ``exact`` holds the curves as they are, ``tracks`` the same rounded to ``GRID_BITS``: decisions are
     taken on rounded curves, so that models that differ by rounding alone (a live object and its STEP
-    file) get the same mesh; positions come from the exact ones. ``edges`` (c,) numbers the model's edges, ``forward`` (c,) tells whether the loop runs along the
-    edge; track j is curve j in the direction of its edge. ``angles`` (c,) holds the interior angle
-    in degrees at the start of curve j. ``loop_first`` (l + 1,) delimits the loops.
+    file) get the same mesh; positions come from the exact ones. Track j is curve j in the direction
+    of its edge. ``edges`` (c,) numbers the model's edges, ``forward`` (c,) tells whether the loop runs
+    along the edge, ``angles`` (c,) holds the interior angle in degrees at the start of curve j, and
+    ``loop_first`` (l + 1,) delimits the loops.
     """
 
     tracks: Tracks
