@@ -165,6 +165,14 @@ class Mesh:
     seconds : time by stage.
     size : wanted edge length.
     model : the model that was meshed.
+    t_of_segment : (k, 2) parameters of the two ends on the CAD edge, from 0 to 1 along it; None where unknown.
+    regions : name to sorted triangle indices; every triangle has a name.
+    boundaries : name to sorted segment indices.
+    named_points : name to node indices.
+    midsides : (m, 3) int32, mid-side nodes between corners 0-1, 1-2 and 2-0; None at first order.
+    segment_midsides : (k,) int32, mid-side node of each segment; None at first order.
+
+    The corners come first in ``points``, mid-side nodes after them.
     """
 
     points: Float
@@ -178,6 +186,17 @@ class Mesh:
     size: float
     seconds: Mapping[str, float] = field(default_factory=dict)
     model: Model | None = field(default=None, repr=False)
+    t_of_segment: Float | None = field(default=None, repr=False)
+    regions: Mapping[str, Int] = field(default_factory=dict, repr=False)
+    boundaries: Mapping[str, Int] = field(default_factory=dict, repr=False)
+    named_points: Mapping[str, Int] = field(default_factory=dict, repr=False)
+    midsides: Int | None = field(default=None, repr=False)
+    segment_midsides: Int | None = field(default=None, repr=False)
+
+    @property
+    def order(self) -> int:
+        """1 for triangles of 3 nodes, 2 for triangles of 6."""
+        return 1 if self.midsides is None else 2
 
     @property
     def quality(self) -> dict[str, Float]:

@@ -3,7 +3,7 @@
 Importing this package imports no kernel; the first ``load`` does.
 """
 
-from fubini.cad.loading import attach, load, read
+from fubini.cad.loading import attach, load, match, read
 from fubini.cad.source import ReadOptions, Source
 
-__all__ = ["ReadOptions", "Source", "attach", "load", "read"]
+__all__ = ["ReadOptions", "Source", "attach", "load", "match", "read"]

@@ -13,6 +13,7 @@ from fubini.errors import InputError
 from fubini.model import Model
 
 if TYPE_CHECKING:
+    from fubini.naming import Selection
     from fubini.result import Mesh
 
 
@@ -65,6 +66,13 @@ def attach(mesh: Mesh) -> Any:
     from fubini.cad.attaching import attach as write
 
     return write(mesh)
+
+
+def match(model: Model, value: Any) -> Selection:
+    """CAD indices of live sub-shapes of the model; see ``fubini.cad.matching``."""
+    from fubini.cad.matching import match as find
+
+    return find(model, value)
 
 
 def _read_file(path: Path, options: ReadOptions) -> Source:

@@ -28,6 +28,7 @@ class Assembly:
     face_of_triangle: Int
     segments: Int
     edge_of_segment: Int
+    t_of_segment: Float
     nodes_of_face: tuple[NDArray[np.int64], ...]
 
 
@@ -50,10 +51,10 @@ def assemble(model: Model, outlines: list[Outline], edge_ids: NDArray[np.int64],
         face_of.append(np.full(len(mesh.triangles), face.index, np.int32))
         maps.append(numbers)
         at, total = at + n, total + len(inner)
-    segments, edge_of = _segments(outlines, edge_ids, results, maps)
+    segments, edge_of, params = _segments(outlines, edge_ids, results, maps)
     return Assembly(
         np.concatenate(parts), np.concatenate(triangles).astype(np.int32), np.concatenate(face_of),
-        segments, edge_of, tuple(maps),
+        segments, edge_of, params, tuple(maps),
     )  # fmt: skip
 
 
@@ -105,14 +106,15 @@ def _reconcile(
 
 def _segments(
     outlines: list[Outline], edge_ids: NDArray[np.int64], results: list[FaceResult], maps: list[NDArray[np.int64]]
-) -> tuple[Int, Int]:
-    """Mesh edges on CAD edges, each once, along its CAD edge and in order of edge and parameter."""
+) -> tuple[Int, Int, Float]:
+    """Mesh edges on CAD edges, each once, along its CAD edge, sorted by edge and parameter; and the parameters."""
     rows = []
     for outline, result, numbers in zip(outlines, results, maps, strict=True):
         boundary = result.outcome.triangulation.boundary
         pairs = numbers[boundary.segments]
         back = boundary.t[:, 0] > boundary.t[:, 1]
         pairs[back] = pairs[back][:, ::-1]
-        rows.append(np.column_stack([edge_ids[outline.edges[boundary.track]], boundary.t.min(axis=1), pairs]))
+        edge = edge_ids[outline.edges[boundary.track]]
+        rows.append(np.column_stack([edge, np.sort(boundary.t, axis=1), pairs]))
     table = np.unique(np.concatenate(rows), axis=0)
-    return table[:, 2:].astype(np.int32), table[:, 0].astype(np.int32)
+    return table[:, 3:].astype(np.int32), table[:, 0].astype(np.int32), table[:, 1:3].copy()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
@@ -15,8 +15,10 @@ from numpy.typing import NDArray
 from fubini import certificate
 from fubini.errors import FubiniError, GeometryError, OptionError
 from fubini.model import Model, SkippedFace
+from fubini.naming import Names
 from fubini.pipeline.assemble import Assembly, assemble
 from fubini.pipeline.faces import FaceMesher, FaceResult
+from fubini.pipeline.names import name_mesh, resolve_names
 from fubini.pipeline.options import MeshOptions, Progress, check_count, pick_size
 from fubini.pipeline.pattern import PatternPoints, pattern_points
 from fubini.result import Certificate, Mesh
@@ -54,6 +56,7 @@ def mesh(
     *,
     faces: Iterable[int] | None = None,
     select: str | None = None,
+    names: Mapping[str, Any] | None = None,
     progress: Progress | None = None,
     **options: Any,
 ) -> Mesh:
@@ -66,6 +69,10 @@ def mesh(
         coarsest valid mesh.
     faces : CAD face indices to mesh; all planar faces by default.
     select : mesh only the faces of this name.
+    names : name to what it names: live faces, edges or vertices of the source (build123d, CadQuery,
+        ``TopoDS_Shape``, or a list of them), text such as ``"faces 0,3-5"`` or ``"edges 7"``, or a
+        predicate ``p(x, y, z) -> bool`` on arrays of coordinates (see ``fubini.naming.name_parts``).
+        These come before names of the source; the rest is named automatically.
     progress : called as ``progress(stage, done, total)``.
     options : fields of ``fubini.pipeline.options.MeshOptions``: ``pattern``, ``min_skew``,
         ``max_aspect_ratio``, ``growth``, ``turn``, ...
@@ -87,6 +94,7 @@ def mesh(
     checked = _options(size, options)
     clock = _Clock()
     model = select_faces(load(source), faces, select)
+    wanted = resolve_names(model, names)
     clock.lap("load")
     length = checked.size if checked.size is not None else pick_size(model)
     check_count(model, length)
@@ -103,7 +111,9 @@ def mesh(
     clock.lap("assemble")
     verdict = _certify(model, outlines, edge_ids, whole, results, checked)
     clock.lap("certificate")
-    return _mesh_value(model, whole, verdict, length, clock.seconds)
+    named = name_mesh(model, whole, wanted)
+    clock.lap("names")
+    return _mesh_value(model, whole, named, verdict, length, clock.seconds)
 
 
 @contextmanager
@@ -218,9 +228,15 @@ def _certify(
     return certificate.certify(faces, skipped_faces=len(model.skipped), notes=model.notes, **bounds)
 
 
-def _mesh_value(model: Model, whole: Assembly, verdict: Certificate, size: float, seconds: dict[str, float]) -> Mesh:
+def _mesh_value(
+    model: Model, whole: Assembly, named: Names, verdict: Certificate, size: float, seconds: dict[str, float]
+) -> Mesh:
     """The finished mesh with read-only arrays."""
-    for array in (whole.points, whole.triangles, whole.face_of_triangle, whole.segments, whole.edge_of_segment):
+    arrays: list[NDArray[Any]] = [whole.points, whole.triangles, whole.face_of_triangle]
+    arrays += [whole.segments, whole.edge_of_segment, whole.t_of_segment]
+    for groups in (named.regions, named.boundaries, named.points):
+        arrays += groups.values()
+    for array in arrays:
         array.setflags(write=False)
     return Mesh(
         points=whole.points,
@@ -234,6 +250,10 @@ def _mesh_value(model: Model, whole: Assembly, verdict: Certificate, size: float
         size=size,
         seconds=seconds,
         model=model,
+        t_of_segment=whole.t_of_segment,
+        regions=named.regions,
+        boundaries=named.boundaries,
+        named_points=named.points,
     )
 
 

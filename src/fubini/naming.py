@@ -1,0 +1,271 @@
+"""Names of regions, boundaries and points: from the user, from the source, automatic for the rest.
+
+A region is a set of triangles, a boundary a set of segments, both by index. Names are told apart by
+what they name: a region and a boundary may share one.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fubini.errors import OptionError
+
+Float = NDArray[np.float64]
+Int = NDArray[np.int32]
+Predicate = Callable[[Float, Float, Float], Any]
+
+_KINDS = {"face": "faces", "edge": "edges", "vertex": "vertices", "vertice": "vertices"}
+
+
+@dataclass(frozen=True)
+class Selection:
+    """What one name means, as CAD indices."""
+
+    faces: frozenset[int] = frozenset()
+    edges: frozenset[int] = frozenset()
+    vertices: frozenset[int] = frozenset()
+
+
+@dataclass(frozen=True)
+class Parts:
+    """The arrays of a mesh that names refer to; see ``fubini.result.Mesh``.
+
+    ``node_of_vertex``: mesh node at each CAD vertex, by vertex index.
+    """
+
+    points: Float
+    triangles: Int
+    face_of_triangle: Int
+    segments: Int
+    edge_of_segment: Int
+    face_names: Mapping[int, str] = field(default_factory=dict)
+    edge_names: Mapping[int, str] = field(default_factory=dict)
+    node_of_vertex: Mapping[int, int] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Names:
+    """Name to sorted triangle, segment and node indices."""
+
+    regions: Mapping[str, Int]
+    boundaries: Mapping[str, Int]
+    points: Mapping[str, Int]
+
+
+def parse_selection(text: str) -> Selection:
+    """The selection that a text such as ``"faces 0,3-5"``, ``"edge 7"`` or ``"vertices 1 2"`` stands for.
+
+    >>> sorted(parse_selection("edges 3-5, 9").edges)
+    [3, 4, 5, 9]
+    """
+    words = re.fullmatch(r"\s*(face|edge|vertex|vertice)s?\s+([\d,\s-]+)", text)
+    if words is None:
+        raise OptionError(f"{text!r} selects nothing", fix='write "faces 0,3-5", "edges 7" or "vertices 2"')
+    numbers: set[int] = set()
+    for part in re.split(r"[,\s]+", words[2].strip().strip(",")):
+        first, dash, last = part.partition("-")
+        if not first.isdigit() or (dash and not last.isdigit()):
+            raise OptionError(f"{text!r}: {part!r} is no index or range", fix="write indices such as 0,3-5")
+        numbers.update(range(int(first), int(last or first) + 1))
+    return Selection(**{_KINDS[words[1]]: frozenset(numbers)})
+
+
+def name_parts(parts: Parts, wanted: Mapping[str, Selection | Predicate] | None = None) -> Names:
+    """Names of all triangles and of all segments where a face ends or meets another region.
+
+    The user's names (``wanted``) come first and may overlap; a name of the source stands on what they
+    leave; the rest is named automatically: ``face_<index>`` for regions, ``outer`` and ``hole_1``, ...
+    for segments with a triangle on one side only, ``A|B`` between regions A and B.
+
+    A predicate ``p(x, y, z) -> bool`` (arrays) names the faces all of whose nodes satisfy it; where
+    there is none, the segments both of whose ends do; else the points that do.
+
+    Raises ``OptionError`` where a name of the user meets nothing in the mesh.
+    """
+    regions: dict[str, list[Int]] = {}
+    boundaries: dict[str, list[Int]] = {}
+    points: dict[str, Int] = {}
+    for name, selection in (wanted or {}).items():
+        _check_name(name)
+        if isinstance(selection, Selection):
+            found = _select(parts, selection)
+        else:
+            found = _satisfying(parts, selection, name)
+        if not any(len(f) for f in found):
+            raise OptionError(f"the name {name!r} meets nothing in the mesh", fix="look at the selection or predicate")
+        for kind, rows in zip((regions, boundaries), found, strict=False):
+            if len(rows):
+                kind[name] = [rows]
+        if len(found[2]):
+            points[name] = found[2]
+    _name_rest(regions, parts.face_of_triangle, parts.face_names)
+    _name_faces(regions, parts.face_of_triangle)
+    _name_rest(boundaries, parts.edge_of_segment, parts.edge_names)
+    _name_segments(boundaries, regions, parts)
+    return Names(_joined(regions), _joined(boundaries), points)
+
+
+def primary(groups: Mapping[str, Int], count: int) -> NDArray[np.int64]:
+    """Number of the first group that holds each index (count,); -1 where none does."""
+    owner = np.full(count, -1)
+    for number, rows in reversed(list(enumerate(groups.values()))):
+        owner[rows] = number
+    return owner
+
+
+def overlap(groups: Mapping[str, Int], count: int) -> tuple[str, ...]:
+    """Names of groups that share an index with another."""
+    times = np.zeros(count, np.int64)
+    for rows in groups.values():
+        times[rows] += 1
+    return tuple(name for name, rows in groups.items() if (times[rows] > 1).any())
+
+
+def segment_sides(triangles: Int, segments: Int) -> tuple[Int, Int, Int]:
+    """Where triangles meet segments: segment, triangle and side numbers, sorted by segment, then triangle.
+
+    Side i of a triangle runs from corner i to corner i + 1.
+    """
+    if not len(segments):
+        empty = np.empty(0, np.int32)
+        return empty, empty, empty
+    n = int(max(triangles.max(initial=0), segments.max())) + 1
+    a, b = triangles.astype(np.int64), np.roll(triangles, -1, axis=1).astype(np.int64)
+    sides = (np.minimum(a, b) * n + np.maximum(a, b)).ravel()
+    ends = np.sort(segments.astype(np.int64), axis=1)
+    keys = ends[:, 0] * n + ends[:, 1]
+    order = np.argsort(keys, kind="stable")
+    at = np.minimum(np.searchsorted(keys[order], sides), len(keys) - 1)
+    hit = np.flatnonzero(keys[order][at] == sides)
+    segment = order[at[hit]]
+    by = np.argsort(segment, kind="stable")
+    hit, segment = hit[by], segment[by]
+    return segment.astype(np.int32), (hit // 3).astype(np.int32), (hit % 3).astype(np.int32)
+
+
+def _check_name(name: object) -> None:
+    if not isinstance(name, str) or not name.strip() or not name.isprintable():
+        raise OptionError(f"{name!r} is no name", fix="use printable text that is not blank")
+
+
+def _select(parts: Parts, selection: Selection) -> tuple[Int, Int, Int]:
+    """Triangles, segments and nodes of a selection."""
+    nodes = [parts.node_of_vertex[v] for v in sorted(selection.vertices) if v in parts.node_of_vertex]
+    return (
+        _rows(np.isin(parts.face_of_triangle, list(selection.faces))),
+        _rows(np.isin(parts.edge_of_segment, list(selection.edges))),
+        np.unique(np.array(nodes, np.int32)),
+    )
+
+
+def _satisfying(parts: Parts, predicate: Predicate, name: str) -> tuple[Int, Int, Int]:
+    """Triangles of faces, else segments, else nodes, that satisfy a predicate."""
+    answer = np.asarray(predicate(*(np.ascontiguousarray(c) for c in parts.points.T)))
+    if answer.shape != (len(parts.points),):
+        raise OptionError(
+            f"the predicate of {name!r} gives shape {answer.shape} for {len(parts.points)} points",
+            fix="return one bool a point, as lambda x, y, z: x < 1",
+        )
+    true: NDArray[np.bool_] = answer.astype(bool)
+    none = np.empty(0, np.int32)
+    left_out = parts.face_of_triangle[~true[parts.triangles].all(axis=1)]
+    triangles = _rows(np.isin(parts.face_of_triangle, left_out, invert=True))
+    if len(triangles):
+        return triangles, none, none
+    segments = _rows(true[parts.segments].all(axis=1))
+    return none, segments, none if len(segments) else _rows(true)
+
+
+def _rows(mask: NDArray[np.bool_]) -> Int:
+    return np.flatnonzero(mask).astype(np.int32)
+
+
+def _name_rest(groups: dict[str, list[Int]], owner: Int, names: Mapping[int, str]) -> None:
+    """Add the source's names where the user gave none."""
+    free = _free(groups, len(owner))
+    for index in sorted(names):
+        rows = _rows(free & (owner == index))
+        if len(rows):
+            groups.setdefault(names[index], []).append(rows)
+
+
+def _name_faces(regions: dict[str, list[Int]], owner: Int) -> None:
+    free = _free(regions, len(owner))
+    for index in np.unique(owner[free]).tolist():
+        regions[_fresh(f"face_{index}", regions)] = [_rows(free & (owner == index))]
+
+
+def _name_segments(boundaries: dict[str, list[Int]], regions: dict[str, list[Int]], parts: Parts) -> None:
+    """``outer``, holes and interfaces."""
+    segment, triangle, side = segment_sides(parts.triangles, parts.segments)
+    sides = np.bincount(segment, minlength=len(parts.segments))
+    free = _free(boundaries, len(parts.segments))
+    found: dict[str, list[Int]] = {}
+    for base, rows in _loops(parts, *(x[sides[segment] == 1] for x in (segment, triangle, side))).items():
+        left = rows[free[rows]]
+        if len(left):
+            found[base] = [left]
+    names = list(regions)
+    owner = primary(_joined(regions), len(parts.triangles))
+    several = free & (sides > 1)
+    start = np.searchsorted(segment, np.arange(len(parts.segments) + 1))
+    for s in np.flatnonzero(several).tolist():
+        beside = np.unique(owner[triangle[start[s] : start[s + 1]]]).tolist()
+        if len(beside) > 1:
+            found.setdefault("|".join(names[k] for k in beside), []).append(np.array([s], np.int32))
+    for base, more in found.items():
+        boundaries[_fresh(base, boundaries)] = more
+
+
+def _loops(parts: Parts, segment: Int, triangle: Int, side: Int) -> dict[str, Int]:
+    """Segments of one triangle each, by ``outer`` and ``hole_<k>``; holes in order of their least CAD edge.
+
+    A connected chain is a hole when it runs clockwise about the normals of its triangles.
+    """
+    if not len(segment):
+        return {}
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    corners = parts.triangles[triangle]
+    rows = np.arange(len(segment))
+    a, b = corners[rows, side], corners[rows, (side + 1) % 3]
+    n = len(parts.points)
+    _, label = connected_components(coo_array((np.ones(len(a)), (a, b)), shape=(n, n)), directed=False)
+    _, loop = np.unique(label[a], return_inverse=True)
+    p, q, r = (parts.points[corners[:, k]] for k in range(3))
+    normal = np.cross(q - p, r - p)
+    origin = parts.points[a[np.unique(loop, return_index=True)[1]]][loop]
+    swept = np.cross(parts.points[a] - origin, parts.points[b] - origin)
+    areas, normals = (np.stack([np.bincount(loop, v[:, k]) for k in range(3)], axis=1) for v in (swept, normal))
+    is_hole = np.einsum("ij,ij->i", areas, normals) < 0.0
+    result = {"outer": np.sort(segment[~is_hole[loop]]).astype(np.int32)}
+    holes = [segment[loop == k] for k in np.flatnonzero(is_hole)]
+    holes.sort(key=lambda s: int(parts.edge_of_segment[s].min()))
+    return result | {f"hole_{k}": np.sort(s).astype(np.int32) for k, s in enumerate(holes, start=1)}
+
+
+def _free(groups: Mapping[str, list[Int]], count: int) -> NDArray[np.bool_]:
+    free = np.ones(count, bool)
+    for pieces in groups.values():
+        for rows in pieces:
+            free[rows] = False
+    return free
+
+
+def _fresh(base: str, taken: Iterable[str]) -> str:
+    """``base``, or with the least number behind it that is not taken."""
+    name, k = base, 2
+    while name in taken:
+        name, k = f"{base}_{k}", k + 1
+    return name
+
+
+def _joined(groups: Mapping[str, list[Int]]) -> dict[str, Int]:
+    return {name: np.unique(np.concatenate(pieces)).astype(np.int32) for name, pieces in groups.items()}
