@@ -33,6 +33,8 @@ LEG_SHARE = 0.34
 GRID_BITS = 32
 #: A gap is resolved when the nodes beside it are no further apart than the wanted size over this.
 RESOLVED = 0.85
+#: Crossing chords looked at in one round.
+MOST_CROSSINGS = 200
 
 
 @dataclass(frozen=True)
@@ -296,21 +298,30 @@ class BoundarySizing:
         )
 
     def _untangle(self, face: int, boundary: Boundary, seen: Triangulation) -> set[int]:
-        """Chords cross where the curves do not: halve the sizes there."""
-        want = boundary.size.copy()
-        bad = boundary.segments[seen.unrecovered] if len(seen.unrecovered) else boundary.segments
-        reach = np.linalg.norm(boundary.points[bad[:, 0]] - boundary.points[bad[:, 1]], axis=1)
-        for (a, b), r in zip(bad[:200], reach[:200], strict=True):
-            middle = 0.5 * (boundary.points[a] + boundary.points[b])
-            near = np.linalg.norm(boundary.points - middle, axis=1) <= r
-            near[[a, b]] = True
-            want[near] = np.minimum(want[near], 0.5 * boundary.size[near])
-        changed = self._lower(face, boundary, want, None, RESOLVED)
-        for e in {int(self.outlines[face].edges[j]) for j in boundary.track[seen.unrecovered]}:
-            self._radius[e] *= 0.6
-            self._at_least[e] += 1
-            changed.add(e)
+        """Chords cross where the curves do not: halve those that leave their curves most, on both sides."""
+        outline = self.outlines[face]
+        ends = boundary.points[boundary.segments]
+        length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+        sag = chord_sags(outline.tracks, boundary)
+        halve = np.zeros(len(length), bool)
+        for k in seen.unrecovered[:MOST_CROSSINGS] if len(seen.unrecovered) else range(len(length)):
+            pair = np.append(np.flatnonzero(crossed(ends, int(k))), k)
+            halve[pair] |= sag[pair] >= 0.25 * sag[pair].max()
+        want, foot_want = boundary.size.copy(), np.where(halve, 0.5 * length, np.inf)
+        for side in (0, 1):
+            np.minimum.at(want, boundary.segments[halve, side], 0.5 * length[halve])
+        feet = (np.full(len(length), 0.5), foot_want)
+        changed = self._lower(face, boundary, want, feet, RESOLVED)
+        for k in np.flatnonzero(halve):
+            changed |= self._shrink_ends(outline, boundary, int(k))
         return changed
+
+    def _shrink_ends(self, outline: Outline, boundary: Boundary, k: int) -> set[int]:
+        """Shorten the protected legs that segment k is; the edge when there is one."""
+        e = int(outline.edges[boundary.track[k]])
+        legs = [i for i, t in enumerate((0.0, 1.0)) if t in boundary.t[k] and self._radius[e, i] > 0.0]
+        self._radius[e, legs] *= 0.6
+        return {e} if legs else set()
 
     def _lower(
         self,
@@ -416,6 +427,30 @@ def loop_pairs(loop_first: NDArray[np.int64]) -> list[tuple[int, int]]:
     for a, b in itertools.pairwise(loop_first):
         pairs += [(c, c - 1 if c > a else int(b) - 1) for c in range(int(a), int(b))]
     return pairs
+
+
+def chord_sags(tracks: Tracks, boundary: Boundary) -> Float:
+    """Distance (k,) of each segment's middle from the curve at the middle parameter."""
+    middle = boundary.points[boundary.segments].mean(axis=1)
+    for j in np.unique(boundary.track):
+        of = boundary.track == j
+        middle[of] -= evaluate(tracks, int(j), boundary.t[of].mean(axis=1))
+    return np.hypot(*middle.T)
+
+
+def crossed(ends: Float, k: int) -> NDArray[np.bool_]:
+    """Which segments with ``ends`` (n, 2, 2) cross or touch segment k, apart from its neighbours' shared ends."""
+    a, b = ends[k]
+
+    def side(p: Float, q: Float, r: Float) -> Float:
+        u, v = q - p, r - p
+        return u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0]
+
+    p, q = ends[:, 0], ends[:, 1]
+    apart = (side(a, b, p) * side(a, b, q) > 0.0) | (side(p, q, a) * side(p, q, b) > 0.0)
+    apart |= (np.maximum(p, q) < np.minimum(a, b)).any(axis=1) | (np.minimum(p, q) > np.maximum(a, b)).any(axis=1)
+    joined = (p == a).all(1) | (p == b).all(1) | (q == a).all(1) | (q == b).all(1)
+    return ~apart & ~joined
 
 
 def sample_track(tracks: Tracks, j: int, turn: float) -> tuple[Float, Float, Float]:
