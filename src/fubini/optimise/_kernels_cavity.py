@@ -540,13 +540,19 @@ def replace(S, W, m, mode, fall, split_at, segment, share, dropped):
 
 @inner
 def apply_edits(S, W, k, corner, segment, t, ox, oy, size, s, r, dropped):
-    """Make the split (corner >= 0) and the merge (dropped >= 0) real."""
+    """Make the split (corner >= 0) and the merge (dropped >= 0) real.
+
+    The size at a new node is at most the longer part of its segment, so that no merge takes it back.
+    """
     if corner >= 0:
         track = int(S.track[segment])
         x, y = ox + W.px[corner], oy + W.py[corner]
         if track >= 0:
             x, y = evaluate_one(S.track_kinds, S.track_offsets, S.track_data, track, t)
-        W.poly[corner] = new_node(S, x, y, 1, size)
+        reach = 0.0
+        for e in (corner - 1, (corner + 1) % k):
+            reach = max(reach, math.hypot(W.px[corner] - W.px[e], W.py[corner] - W.py[e]))
+        W.poly[corner] = new_node(S, x, y, 1, min(size, reach))
         W.code[corner] = -1 - split_segment(S, segment, W.poly[corner], t)
     if dropped >= 0:
         S.t[s, 1] = S.t[r, 1]

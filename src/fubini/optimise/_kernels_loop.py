@@ -18,7 +18,7 @@ from fubini.optimise._kernels_state import (
 )
 
 #: a move is made when the cost falls by more than this
-FALL = 1e-3
+FALL = 0.01
 #: what ``sweep`` reports: nothing flawed, some left, no room in the arrays, budget spent
 DONE, STUCK, FULL, SPENT = 0, 1, 2, 3
 #: what ``sweep`` does

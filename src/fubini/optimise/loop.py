@@ -107,7 +107,7 @@ def optimise(
     state = build_state(triangulation, tracks, options, 200 + 4 * len(soft))
     scratch = work()
     if len(soft):
-        state.counts[BUDGET] = 20000 + 1000 * len(soft) if options.budget is None else options.budget
+        state.counts[BUDGET] = 50000 + 4000 * len(soft) if options.budget is None else options.budget
         state = run(fill_queue(state, soft), scratch)
     if goals:
         state = improve(state, scratch, low, goals, options)

@@ -18,7 +18,7 @@ class OptimiseOptions:
     ----------
     min_skew : degrees; every triangle is to have more. Below 90; beyond about 50 no promise is made.
     max_aspect_ratio : every triangle is to have less; only a bound below what ``min_skew`` implies costs time.
-    budget : move attempts at most; None allows 4000 and 400 for each flawed triangle.
+    budget : move attempts at most; None allows 50000 and 4000 for each flawed triangle.
     growth : no move makes an inner edge, or a merged boundary edge, longer than this times the size wanted at its ends.
     max_sag : boundary nodes are merged away only where the chord stays within this share of its length.
     allow_splits : whether boundary segments may be split at all.
