@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 Float = NDArray[np.float64]
 Byte = NDArray[np.uint8]
 
-#: Edges fade out below this length on the picture, in pixels, and are left away below the second.
+#: Edges fade out below this length on the picture, in pixels, and are left away below the second, each by itself.
 FADE, VANISH = 8.0, 1.5
 
 #: A flawed triangle smaller than this on the picture, in pixels, gets a ring around it.
@@ -119,14 +119,11 @@ def _axes_of_view(towards: Float) -> Float:
     return np.stack([right, np.cross(towards, right), towards])
 
 
-def _edge_style(flat: Float, triangles: NDArray[np.int32], pixels: float) -> tuple[float, float]:
-    """Width in points and opacity of the triangles' edges: finer and paler as the triangles get small."""
-    u, v = flat[triangles[:, 1]] - flat[triangles[:, 0]], flat[triangles[:, 2]] - flat[triangles[:, 0]]
-    area = float(np.median(np.abs(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0])))
-    side = 1.5 * np.sqrt(area / 2) * pixels
-    if side < VANISH:
-        return 0.0, 0.0
-    return float(np.clip(0.02 * side, 0.22, 0.7)), float(np.clip(0.25 + 0.65 * side / FADE, 0.3, 0.9))
+def _edge_style(side: Float) -> tuple[Float, Float]:
+    """Width in points and opacity (k,) of edges by length in pixels: finer and paler as they get short."""
+    width = np.clip(0.02 * side, 0.22, 0.7)
+    alpha = np.where(side < VANISH, 0.0, np.clip(0.25 + 0.65 * side / FADE, 0.3, 0.9))
+    return width, alpha
 
 
 def _colours(states: Byte, shade: Float) -> Float:
@@ -142,16 +139,24 @@ def _colours(states: Byte, shade: Float) -> Float:
 def _draw_flat(axes: Axes, mesh: Mesh, flat: Float, states: Byte, pixels: float) -> None:
     """Everything of one colour is one path: quick, and no background shines through between triangles."""
     triangles = flat[mesh.triangles]
-    width, alpha = _edge_style(flat, mesh.triangles, pixels)
     _add_path(axes, triangles, facecolor=FILL, edgecolor="none", zorder=1)
     for state, colour in ((EXCUSED, EXCUSED_COLOUR), (FLAWED, FLAWED_COLOUR)):
         chosen = triangles[states == state]
         if len(chosen):
             _add_path(axes, chosen, facecolor=colour, edgecolor=colour, linewidth=0.6, zorder=2)
-    if width:
-        edges = flat[_unique_edges(mesh.triangles)]
-        _add_path(axes, edges, edgecolor=EDGE, facecolor="none", linewidth=width, alpha=alpha, zorder=3)
+    _draw_edges(axes, flat[_unique_edges(mesh.triangles)], pixels)
     _add_path(axes, flat[_border(mesh)], edgecolor=BOLD, facecolor="none", linewidth=1.2, zorder=4)
+
+
+def _draw_edges(axes: Axes, edges: Float, pixels: float) -> None:
+    """Edges (k, 2, 2) in a few classes of length, each class one path in the style of its longest."""
+    side = np.linalg.norm(edges[:, 1] - edges[:, 0], axis=1) * pixels
+    classes = np.ceil(2.0 * np.log2(np.clip(side, VANISH / 2, 40.0))).astype(int)
+    for k in np.unique(classes):
+        width, alpha = _edge_style(np.array([2.0 ** (k / 2)]))
+        if alpha[0] > 0.0:
+            style = {"linewidth": float(width[0]), "alpha": float(alpha[0])}
+            _add_path(axes, edges[classes == k], edgecolor=EDGE, facecolor="none", zorder=3, **style)
 
 
 def _add_path(axes: Axes, pieces: Float, **style: Any) -> None:
@@ -175,9 +180,11 @@ def _draw_deep(axes: Axes, mesh: Mesh, flat: Float, depth: Float, shade: Float, 
     from matplotlib.collections import PolyCollection
     from matplotlib.colors import to_rgba
 
-    width, alpha = _edge_style(flat, mesh.triangles, pixels)
+    corners = mesh.points[mesh.triangles]
+    width, alpha = _edge_style(np.linalg.norm(corners[:, [1, 2, 0]] - corners, axis=2).mean(1) * pixels)
     fill = _colours(states, shade)
-    line = np.tile(to_rgba(EDGE, alpha), (len(fill), 1)) if width else fill
+    line = np.tile(to_rgba(EDGE), (len(fill), 1))
+    line[:, :3] = alpha[:, None] * line[:, :3] + (1.0 - alpha[:, None]) * fill[:, :3]
     border = _border(mesh)
     near = depth[mesh.triangles].mean(1)
     nearest = np.full(len(mesh.points), -np.inf)
@@ -187,7 +194,7 @@ def _draw_deep(axes: Axes, mesh: Mesh, flat: Float, depth: Float, shade: Float, 
     shapes = flat[np.concatenate([mesh.triangles, border[:, [0, 1, 1]]])]
     faces = np.concatenate([fill, np.zeros((len(border), 4))])
     lines = np.concatenate([line, np.tile(to_rgba(BOLD), (len(border), 1))])
-    widths = np.concatenate([np.full(len(fill), width or 0.3), np.full(len(border), 1.1)])
+    widths = np.concatenate([width, np.full(len(border), 1.1)])
     axes.add_collection(
         PolyCollection(
             shapes[order],
