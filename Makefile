@@ -3,6 +3,7 @@
 #   make demo       mesh a STEP part, write STL, OBJ and a picture to demo/, print the quality table
 #   make test       all tests, on OCP 7.9 (.venv) and the CAD tests on OCP 8 (.venv8)
 #   make lint typecheck contracts docs      the other checks
+#   make figures    pictures and tables of the documentation, from the examples
 #   make clean      remove all that was made, the environments included
 
 SHELL := /bin/bash
@@ -21,7 +22,7 @@ export FUBINI_CACHE_DIR := $(CURDIR)/.venv/kernels
 export MPLBACKEND := Agg
 export PYTHONNOUSERSITE := 1
 
-.PHONY: demo test test7 test8 lint typecheck contracts docs clean
+.PHONY: demo test test7 test8 lint typecheck contracts docs figures clean
 
 demo: .venv/.ready-demo
 	$(BIN)/python cad_examples/bracket.py demo --step
@@ -47,6 +48,9 @@ contracts: .venv/.ready-dev
 docs: .venv/.ready-dev
 	$(BIN)/sphinx-build -W --keep-going -q -b html docs docs/_build/html
 	@echo "docs/_build/html/index.html"
+
+figures: .venv/.ready-dev
+	$(BIN)/python docs/figures.py
 
 clean:
 	rm -rf .venv .venv8 demo docs/_build build .mypy_cache .pytest_cache .ruff_cache .import_linter_cache .hypothesis
