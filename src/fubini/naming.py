@@ -178,7 +178,8 @@ def _satisfying(parts: Parts, predicate: Predicate, name: str) -> tuple[Int, Int
     triangles = _rows(np.isin(parts.face_of_triangle, left_out, invert=True))
     if len(triangles):
         return triangles, none, none
-    segments = _rows(true[parts.segments].all(axis=1))
+    first, second = parts.segments.T
+    segments = _rows(true[first] & true[second])
     return none, segments, none if len(segments) else _rows(true)
 
 

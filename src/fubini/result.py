@@ -38,6 +38,8 @@ class FaceCertificate:
     ``worst_skew``, ``worst_aspect_ratio``: over all triangles; ``avoidable_skew``: over those not excused
     (90 where all are excused).
     ``worst_at``: centroid (3,) of the triangle of worst skewness that is not excused.
+    ``min_scaled_jacobian``: lower bound, over whole elements of second order, of the Jacobian determinant
+    over that of the straight triangle; None at first order.
     ``reasons``: why the face is not certified; empty when it is.
     """
 
@@ -61,6 +63,7 @@ class FaceCertificate:
     budget_exhausted: bool = False
     excess: int = 0
     avoidable_skew: float = 90.0
+    min_scaled_jacobian: float | None = None
 
     @property
     def certified(self) -> bool:
@@ -144,6 +147,11 @@ class Certificate:
         return max((f.boundary_distance for f in self.faces), default=0.0)
 
     @property
+    def min_scaled_jacobian(self) -> float | None:
+        """Smallest scaled Jacobian of all faces; None at first order."""
+        return min((f.min_scaled_jacobian for f in self.faces if f.min_scaled_jacobian is not None), default=None)
+
+    @property
     def chord_error(self) -> float:
         """Largest distance between a boundary segment and its curve."""
         return max((f.chord_error for f in self.faces), default=0.0)
@@ -205,6 +213,17 @@ class Mesh:
 
         corners = self.points[self.triangles]
         return {"skewness": skewness(corners), "aspect_ratio": aspect_ratios(corners)}
+
+    @property
+    def nodes(self) -> Int:
+        """Nodes of every triangle, (m, 3) or (m, 6): corners, then the middles of sides 0-1, 1-2 and 2-0."""
+        return self.triangles if self.midsides is None else np.hstack([self.triangles, self.midsides])
+
+    def elevate(self, order: int = 2) -> Mesh:
+        """The mesh with 6-node triangles, true to the curves (see ``fubini.elevation.elevate``)."""
+        from fubini.elevation import elevate
+
+        return elevate(self, order)
 
     def save(self, path: str | Path) -> None:
         """Write the mesh; the suffix picks the format (see ``fubini.export.formats``). Atomic."""

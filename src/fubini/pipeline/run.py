@@ -57,6 +57,7 @@ def mesh(
     faces: Iterable[int] | None = None,
     select: str | None = None,
     names: Mapping[str, Any] | None = None,
+    order: int = 1,
     progress: Progress | None = None,
     **options: Any,
 ) -> Mesh:
@@ -73,6 +74,7 @@ def mesh(
         ``TopoDS_Shape``, or a list of them), text such as ``"faces 0,3-5"`` or ``"edges 7"``, or a
         predicate ``p(x, y, z) -> bool`` on arrays of coordinates (see ``fubini.naming.name_parts``).
         These come before names of the source; the rest is named automatically.
+    order : 1 for triangles of 3 nodes, 2 for triangles of 6 with mid-side nodes on the true curves.
     progress : called as ``progress(stage, done, total)``.
     options : fields of ``fubini.pipeline.options.MeshOptions``: ``pattern``, ``min_skew``,
         ``max_aspect_ratio``, ``growth``, ``turn``, ...
@@ -92,6 +94,8 @@ def mesh(
     >>> mesh.save("bracket.stl")                       # doctest: +SKIP
     """
     checked = _options(size, options)
+    if order not in (1, 2):
+        raise OptionError(f"order is {order!r}", fix="use 1 or 2")
     clock = _Clock()
     model = select_faces(load(source), faces, select)
     wanted = resolve_names(model, names)
@@ -113,7 +117,11 @@ def mesh(
     clock.lap("certificate")
     named = name_mesh(model, whole, wanted)
     clock.lap("names")
-    return _mesh_value(model, whole, named, verdict, length, clock.seconds)
+    result = _mesh_value(model, whole, named, verdict, length, clock.seconds)
+    if order == 2:
+        result = result.elevate()
+        clock.lap("second order")
+    return result
 
 
 @contextmanager

@@ -24,6 +24,7 @@ FIGURES = (
     "area_error",
     "boundary_distance",
     "chord_error",
+    "min_scaled_jacobian",
 )
 
 
