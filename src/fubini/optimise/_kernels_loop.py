@@ -30,9 +30,7 @@ def room(S):
     """Whether every array has room for one more move."""
     c = S.counts
     return (
-        c[NODES] + 8 < S.points.shape[0]
-        and c[TRIANGLES] + 96 < S.tri.shape[0]
-        and c[SEGMENTS] + 8 < S.track.shape[0]
+        c[NODES] + 8 < S.points.shape[0] and c[TRIANGLES] + 96 < S.tri.shape[0] and c[SEGMENTS] + 8 < S.track.shape[0]
     )
 
 

@@ -7,7 +7,8 @@ the cost falls. One place does all, because the code of a kernel is compiled ane
 from __future__ import annotations
 
 from fubini._jit import inner
-from fubini.optimise._kernels_cavity import EITHER, PROGRAMME, local, replace, star
+from fubini.optimise._kernels_cavity import local, replace, star
+from fubini.optimise._kernels_fill import EITHER, PROGRAMME
 from fubini.optimise._kernels_relocate import look_again, relocate, slide
 from fubini.optimise._kernels_state import (
     ATTEMPTS,

@@ -111,9 +111,7 @@ def find_flawed(points, tri, bound, rule, out):
         a, b, c = tri[t, 0], tri[t, 1], tri[t, 2]
         if a < 0:
             continue
-        f = quality(
-            points[a, 0], points[a, 1], points[b, 0], points[b, 1], points[c, 0], points[c, 1], rule
-        )
+        f = quality(points[a, 0], points[a, 1], points[b, 0], points[b, 1], points[c, 0], points[c, 1], rule)
         if f < bound:
             if n < out.shape[0]:
                 out[n] = t

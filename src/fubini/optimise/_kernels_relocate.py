@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 
 from fubini._jit import inner
-from fubini.optimise._kernels_cavity import best_point, climb, enqueue, local, lowest, star, star_cost
+from fubini.optimise._kernels_cavity import enqueue, local, star
+from fubini.optimise._kernels_fill import best_point, climb, lowest, star_cost
 from fubini.optimise._kernels_quality import cost_of, ear_cost, quality
 from fubini.optimise._kernels_region import region_point
 from fubini.optimise._kernels_state import RELOCATION, SLIDE, SOFT

@@ -11,7 +11,8 @@ from __future__ import annotations
 import math
 
 from fubini._jit import inner, kernel
-from fubini.optimise._kernels_cavity import PROGRAMME, local, replace
+from fubini.optimise._kernels_cavity import local, replace
+from fubini.optimise._kernels_fill import PROGRAMME
 from fubini.optimise._kernels_loop import DONE, FULL, STUCK, keep, room
 from fubini.optimise._kernels_quality import is_flawed
 from fubini.optimise._kernels_refine import circle, conflicts, insert_point

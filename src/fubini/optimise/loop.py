@@ -44,9 +44,7 @@ IMPROVED_SKEW = (49.0, 52.0, 55.0, 58.0)
 FEW, ROUNDS = 6, 4
 
 
-def flawed_triangles(
-    tri: Triangulation, rule: NDArray[np.float64], bound: float
-) -> NDArray[np.int32]:
+def flawed_triangles(tri: Triangulation, rule: NDArray[np.float64], bound: float) -> NDArray[np.int32]:
     """Numbers of the triangles with f below ``bound``."""
     from fubini.optimise._kernels_quality import find_flawed
 
@@ -59,9 +57,7 @@ def flawed_triangles(
     return out[:n]
 
 
-def qualities(
-    tri: Triangulation, which: NDArray[np.int32], rule: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def qualities(tri: Triangulation, which: NDArray[np.int32], rule: NDArray[np.float64]) -> NDArray[np.float64]:
     """f of some of the triangles."""
     p = tri.points[tri.triangles[which]]
     f = np.tan(np.radians(np.maximum(skewness(p), 0.0) - 45.0))
@@ -71,9 +67,7 @@ def qualities(
     return f
 
 
-def excess_of(
-    tri: Triangulation, flawed: NDArray[np.int32], options: OptimiseOptions
-) -> NDArray[np.int32]:
+def excess_of(tri: Triangulation, flawed: NDArray[np.int32], options: OptimiseOptions) -> NDArray[np.int32]:
     """Those of the flawed triangles that no unavoidable corner excuses."""
     from fubini.optimise._kernels_quality import excess_flawed
 
@@ -87,9 +81,7 @@ def excess_of(
     return rest[:n]
 
 
-def optimise(
-    triangulation: Triangulation, tracks: Tracks, options: OptimiseOptions | None = None
-) -> OptimiseOutcome:
+def optimise(triangulation: Triangulation, tracks: Tracks, options: OptimiseOptions | None = None) -> OptimiseOutcome:
     """Remove every avoidable flaw, then raise the worst triangles.
 
     Local moves worst first, then kicks; see method.md, section 6 (Perumal 2019, Fig. 4). Never raises for a mesh that

@@ -202,9 +202,7 @@ def read_state(state: State, tri: Triangulation) -> tuple[Triangulation, tuple[t
     angle = np.full(n, 180.0)
     angle[:old] = tri.boundary.angle
     mode = state.mode[:k].copy()
-    mode[: len(tri.boundary.mode)] = np.where(
-        mode[: len(tri.boundary.mode)] == REMOVED, REMOVED, tri.boundary.mode
-    )
+    mode[: len(tri.boundary.mode)] = np.where(mode[: len(tri.boundary.mode)] == REMOVED, REMOVED, tri.boundary.mode)
     boundary = Boundary(
         points=state.points[order[:count]],
         kind=kind[order[:count]],
@@ -225,6 +223,3 @@ def read_state(state: State, tri: Triangulation) -> tuple[Triangulation, tuple[t
         unrecovered=tri.unrecovered,
     )
     return result, splits
-
-
-
