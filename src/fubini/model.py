@@ -114,3 +114,10 @@ class Model:
     diagonal: float = 1.0
     notes: tuple[str, ...] = ()
     native: Any = field(default=None, repr=False, compare=False)
+
+    def __repr__(self) -> str:
+        """One line: the curves of a model fill the screen."""
+        return (
+            f"Model({self.source!r}, {len(self.faces)} planar faces, {len(self.edges)} edges, "
+            f"{len(self.skipped)} faces skipped, diagonal {self.diagonal:.6g})"
+        )

@@ -201,6 +201,14 @@ class Mesh:
     midsides: Int | None = field(default=None, repr=False)
     segment_midsides: Int | None = field(default=None, repr=False)
 
+    def __repr__(self) -> str:
+        """One line: the arrays of a mesh fill the screen."""
+        verdict = "certified" if self.certificate.certified else "not certified"
+        return (
+            f"Mesh({len(self.points)} points, {len(self.triangles)} triangles on {len(self.certificate.faces)} faces, "
+            f"size {self.size:.6g}, {verdict})"
+        )
+
     @property
     def order(self) -> int:
         """1 for triangles of 3 nodes, 2 for triangles of 6."""

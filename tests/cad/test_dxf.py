@@ -334,3 +334,15 @@ def test_closed_rational_spline_of_one_period(corpus):
     source = read_dxf(corpus / "cadquery/tests/testdata/rational_spline.dxf")
     assert kinds(source.shape) == ["BSplineCurve"]
     assert len(areas(source.shape)) == 1
+
+
+@pytest.mark.parametrize("share", [0.6, 0.9, 0.999])
+def test_a_drawing_cut_short_is_refused(tmp_path, share):
+    document = ezdxf.new()
+    document.modelspace().add_circle((0, 0), 1)
+    path = tmp_path / "cut.dxf"
+    document.saveas(path)
+    text = path.read_text()
+    path.write_text(text[: int(share * len(text))])
+    with pytest.raises(InputError, match=r"cut\.dxf: the DXF file is cut short"):
+        read_dxf(path)

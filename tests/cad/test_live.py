@@ -111,3 +111,8 @@ def test_cadquery_assemblies_are_placed_and_named(cq):
     assert (names.count("base"), names.count("arm"), names.count("pad")) == (6, 5, 1)
     pad = next(f for f in model.faces if f.name == "pad")
     assert np.allclose(pad.frame.to_space(pad.region.centroid)[0], (5, 10, 0.5))
+
+
+def test_cadquery_workplane_without_anything_is_refused(cq):
+    with pytest.raises(InputError, match="no shape in it"):
+        load(cq.Workplane())

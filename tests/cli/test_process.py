@@ -101,3 +101,9 @@ def test_progress_only_on_a_terminal(terminal):
     assert "faces 1/40" in said
     assert "faces 2/40" in said
     assert said.endswith("\r" + " " * len("faces 2/40") + "\r")
+
+
+def test_python_m_fubini_is_the_command_line():
+    found = subprocess.run([sys.executable, "-m", "fubini", "--help"], capture_output=True, text=True, timeout=60)
+    assert found.returncode == 0, found.stderr
+    assert "check" in found.stdout

@@ -165,3 +165,34 @@ def test_crossing_outline_names_face_and_place():
 
 def test_options_describe_a_gradient_from_the_growth():
     assert MeshOptions(growth=1.5).gradient == pytest.approx(0.35)
+
+
+@pytest.mark.parametrize("kind", [np.float64, np.float32, np.int64])
+def test_sizes_of_numpy_are_numbers(kind):
+    assert mesh_of(regions.plate(), kind(1)).points.tobytes() == mesh_of(regions.plate(), 1.0).points.tobytes()
+
+
+@pytest.mark.parametrize("size", [True, "1", [1.0], float("nan")])
+def test_sizes_that_are_no_numbers_are_refused(size):
+    with pytest.raises(OptionError, match="size is"):
+        mesh_of(regions.plate(), size)
+
+
+def test_an_empty_list_of_faces_is_refused():
+    with pytest.raises(OptionError, match="list of faces is empty"):
+        mesh_of(regions.plate(), 1.0, faces=[])
+
+
+def test_sizes_beyond_the_model_give_one_coarsest_mesh():
+    coarse = mesh_of(regions.plate(), 1e3)
+    assert_promises(coarse)
+    assert mesh_of(regions.plate(), 1e300).points.tobytes() == coarse.points.tobytes()
+
+
+def test_values_print_as_one_line():
+    mesh = mesh_of(regions.plate(), 1.0)
+    for text in (repr(mesh), repr(mesh.model)):
+        assert len(text.splitlines()) == 1
+        assert len(text) < 200
+    assert f"{len(mesh.triangles)} triangles" in repr(mesh)
+    assert "1 planar faces" in repr(mesh.model)

@@ -72,6 +72,7 @@ def read_dxf(path: Path, options: ReadOptions = DEFAULTS) -> Source:
     InputError : not a DXF file, or nothing in it can bound a face.
     GeometryError : an open outline (with the coordinates of both ends), outlines that cross.
     """
+    _require_end(path)
     document = _open(path)
     notes = Counter[str]()
     strokes = _without_fillings(list(_strokes(document, notes)), notes)
@@ -88,6 +89,24 @@ def read_dxf(path: Path, options: ReadOptions = DEFAULTS) -> Source:
     except FubiniError as error:
         error.file = str(path)
         raise
+
+
+def _require_end(path: Path) -> None:
+    """Raise where a text DXF lacks its end mark: what is left of a cut file may still read, with parts missing."""
+    try:
+        with open(path, "rb") as file:
+            head = file.read(4096)
+            file.seek(max(0, path.stat().st_size - 1024))
+            tail = file.read()
+    except OSError as error:
+        raise InputError(f"cannot be read: {error}", file=str(path)) from error
+    is_text = b"SECTION" in head and not head.startswith(b"AutoCAD Binary DXF")
+    if is_text and tail.split()[-1:] != [b"EOF"]:
+        raise InputError(
+            "the DXF file is cut short: its end mark EOF is missing",
+            file=str(path),
+            fix="export or download it again",
+        )
 
 
 def _open(path: Path) -> Any:

@@ -125,7 +125,7 @@ class _Parts:
         stack = _wrapped(value.vals())
         if not any(len(occ.ShapeMap(s, occ.FACE)) for s in stack):
             pending = _wrapped([*value.ctx.pendingWires, *value.ctx.pendingEdges])
-            solid = None if pending else value.findSolid()
+            solid = None if pending else _solid(value)
             stack = pending or ([solid.wrapped] if solid is not None else stack)
         for shape in stack:
             self._add_shape(shape)
@@ -161,6 +161,14 @@ def _front_end(value: Any) -> tuple[str, str] | None:
         if package in ("build123d", "cadquery"):
             return package, kind.__name__
     return None
+
+
+def _solid(workplane: Any) -> Any:
+    """The solid that a CadQuery workplane has in context, or None: CadQuery raises where there is none."""
+    try:
+        return workplane.findSolid()
+    except ValueError:
+        return None
 
 
 def _built(builder: Any, attribute: str) -> Any:

@@ -76,9 +76,9 @@ def match(model: Model, value: Any) -> Selection:
 
 
 def _read_file(path: Path, options: ReadOptions) -> Source:
-    reader = reader_for(path)
     if path.is_dir():
         raise InputError("this is a folder, not a file", file=str(path))
+    reader = reader_for(path)
     if not path.is_file():
         raise InputError("no such file", file=str(path), fix="check the path")
     if path.stat().st_size == 0:

@@ -100,7 +100,7 @@ def mesh(
     model = select_faces(load(source), faces, select)
     wanted = resolve_names(model, names)
     clock.lap("load")
-    length = checked.size if checked.size is not None else pick_size(model)
+    length = min(checked.size, model.diagonal) if checked.size is not None else pick_size(model)
     check_count(model, length)
     outlines, edge_ids, ends = outline_faces(model)
     sizing = BoundarySizing(
@@ -146,7 +146,8 @@ def _options(size: float | None, options: dict[str, Any]) -> MeshOptions:
     unknown = sorted(set(options) - known)
     if unknown:
         raise OptionError(f"unknown option {unknown[0]!r}", fix="options are " + ", ".join(sorted(known)))
-    return MeshOptions(size=size, **options)
+    given = {"size": size, **options}
+    return MeshOptions(**{k: v.item() if isinstance(v, np.generic) else v for k, v in given.items()})
 
 
 def select_faces(model: Model, faces: Iterable[int] | None, name: str | None) -> Model:
@@ -162,6 +163,8 @@ def select_faces(model: Model, faces: Iterable[int] | None, name: str | None) ->
         missing = sorted(asked - wanted)
         if missing:
             raise OptionError("no planar face with this index", file=model.source, face=missing[0])
+        if not asked:
+            raise OptionError("no face is asked for: the list of faces is empty", file=model.source)
         wanted &= asked
     if name is not None:
         wanted &= {face.index for face in model.faces if face.name == name}
