@@ -8,10 +8,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from regions import TURN, circle
 
 from fubini.curves import Bezier, BSpline, CircularArc, Curve, Line
 from fubini.region import Loop, Region
+from regions import TURN, circle
 
 
 def arc(a, b, sagitta: float) -> Curve:
@@ -87,7 +87,8 @@ def fillet(a, b, c, radius: float) -> tuple[Curve, np.ndarray, np.ndarray]:
 def decorated(rng, a, b, scale: float) -> list[Curve]:
     """The way from a to b in one of the styles above, the region on the left."""
     length = math.dist(a, b)
-    kind = rng.choice(["line", "arc", "near line", "wavy", "tiny", "notch", "cusp"], p=[0.3, 0.2, 0.1, 0.15, 0.1, 0.1, 0.05])
+    styles = ["line", "arc", "near line", "wavy", "tiny", "notch", "cusp"]
+    kind = rng.choice(styles, p=[0.3, 0.2, 0.1, 0.15, 0.1, 0.1, 0.05])
     if kind == "arc":
         return [arc(a, b, length * rng.uniform(0.03, 0.3) * rng.choice([-1, 1]))]
     if kind == "near line":
