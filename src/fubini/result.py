@@ -233,11 +233,11 @@ class Mesh:
 
         return elevate(self, order)
 
-    def save(self, path: str | Path) -> None:
-        """Write the mesh; the suffix picks the format (see ``fubini.export.formats``). Atomic."""
+    def save(self, path: str | Path, **options: Any) -> None:
+        """Write the mesh; the suffix picks the format (see ``fubini.export.save``). Atomic."""
         from fubini.export import save
 
-        save(self, path)
+        save(self, path, **options)
 
     def to_trimesh(self) -> Any:
         """The mesh as ``trimesh.Trimesh`` (vertices kept as they are)."""
@@ -246,10 +246,28 @@ class Mesh:
         return to_trimesh(self)
 
     def to_meshio(self) -> Any:
-        """The mesh as ``meshio.Mesh`` with the cell data array ``face``."""
+        """The mesh as ``meshio.Mesh`` with the cell data arrays ``face`` and ``edge``, names as cell sets."""
         from fubini.export import to_meshio
 
         return to_meshio(self)
+
+    def to_skfem(self) -> Any:
+        """The mesh as ``skfem.MeshTri1`` or ``MeshTri2``, regions and boundaries by name."""
+        from fubini.export import to_skfem
+
+        return to_skfem(self)
+
+    def to_pyvista(self) -> Any:
+        """The mesh as ``pyvista.UnstructuredGrid`` with names as field data."""
+        from fubini.export import to_pyvista
+
+        return to_pyvista(self)
+
+    def to_dolfinx_arrays(self) -> Any:
+        """Arrays for dolfinx, in its node order (see ``fubini.export.DolfinxArrays``)."""
+        from fubini.export import to_dolfinx_arrays
+
+        return to_dolfinx_arrays(self)
 
     def plot(self, path: str | Path | None = None, **options: Any) -> Any:
         """Draw the mesh, flawed triangles in red (see ``fubini.report.plot``)."""

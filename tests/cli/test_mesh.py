@@ -228,3 +228,21 @@ def test_rounding_is_warned_of(tmp_path):
     assert "single precision" in result.stderr
     result = run("mesh", tmp_path / "far.brep", "-o", tmp_path / "a.obj", "--size", 0.1)
     assert result.stderr == ""
+
+
+def test_names_and_second_order(box_file, tmp_path):
+    result = run("mesh", box_file, "-o", tmp_path / "a.msh", "--size", 1, "--order", 2,
+                 "--name", "lid=face 1", "--name", "rim = edges 0,2-3", "--json", "-")  # fmt: skip
+    assert result.exit_code == 0, result.output
+    assert json.loads(result.stdout)["min_scaled_jacobian"] == 1.0
+    found = meshio.read(tmp_path / "a.msh")
+    assert {"lid", "rim"} <= set(found.field_data)
+    assert "triangle6" in found.cells_dict
+
+
+@pytest.mark.parametrize("text", ["lid", "=face 1"])
+def test_senseless_names_are_refused(box_file, tmp_path, text):
+    result = run("mesh", box_file, "-o", tmp_path / "a.msh", "--name", text)
+    assert result.exit_code == 2
+    assert "NAME=WHAT" in result.stderr
+    assert not list(tmp_path.iterdir())

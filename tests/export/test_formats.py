@@ -15,13 +15,14 @@ from fubini.export.obj import group_labels
 from handmade import bad_square, box, square
 
 DOUBLE = {".vtu", ".vtk", ".obj"}
+SURFACES = [s for s in formats() if s not in (".inp", ".msh", ".npz", ".unv")]
 
 
 def shift(mesh, by):
     return dataclasses.replace(mesh, points=mesh.points + by)
 
 
-@pytest.mark.parametrize("suffix", formats())
+@pytest.mark.parametrize("suffix", SURFACES)
 def test_reads_back(tmp_path, suffix):
     mesh = shift(box(3), [0.1, 1 / 3, 2.0])
     path = tmp_path / f"box{suffix}"
@@ -78,7 +79,7 @@ def test_same_bytes_twice(tmp_path, suffix):
 def test_unreferenced_points_are_not_written(tmp_path, suffix):
     mesh = square(2)
     stray = np.concatenate([[[9.0, 9, 9]], mesh.points, [[8.0, 8, 8]]])
-    padded = dataclasses.replace(mesh, points=stray, triangles=mesh.triangles + 1)
+    padded = dataclasses.replace(mesh, points=stray, triangles=mesh.triangles + 1, segments=mesh.segments + 1)
     padded.save(tmp_path / f"a{suffix}")
     mesh.save(tmp_path / f"b{suffix}")
     assert (tmp_path / f"a{suffix}").read_bytes() == (tmp_path / f"b{suffix}").read_bytes()

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 @click.command()
 @click.argument("source", metavar="IN", type=click.Path())
 @click.option("-o", "--output", "outputs", metavar="OUT", multiple=True, required=True, type=click.Path(),
-              help="Mesh file (.stl .obj .ply .glb .vtu .vtk); may be repeated.")  # fmt: skip
+              help="Mesh file (.stl .obj .ply .glb .vtu .vtk .inp .msh .unv .npz); may be repeated.")  # fmt: skip
 @click.option("--size", type=float, metavar="H", help="Wanted edge length in model units; by default from the model.")
 @click.option("--faces", type=FaceList(), metavar="I,J", help="Only these faces: indices such as 0,3,5-9.")
 @click.option("--select", metavar="NAME", help="Only the faces of this name.")
@@ -37,6 +37,10 @@ if TYPE_CHECKING:
               help="Triangles at or below this skewness (degrees) are flawed.")  # fmt: skip
 @click.option("--max-aspect-ratio", type=float, default=2.0, show_default=True, metavar="A",
               help="Triangles at or above this aspect ratio are flawed.")  # fmt: skip
+@click.option("--order", type=click.IntRange(1, 2), default=1, show_default=True,
+              help="Nodes on the corners only, or on the sides too (true to the curves).")  # fmt: skip
+@click.option("--name", "named", metavar="NAME=WHAT", multiple=True,
+              help='Name faces, edges or vertices, as --name "bore=edges 3,5-7"; may be repeated.')  # fmt: skip
 @json_option
 @click.option("--plot", "picture", metavar="FILE", type=click.Path(), help="Draw the mesh (.png, .svg, .pdf).")
 @click.option("-q", "--quiet", is_flag=True, help="No table.")
@@ -47,6 +51,7 @@ def mesh(
     outputs: tuple[str, ...],
     faces: tuple[int, ...] | None,
     select: str | None,
+    named: tuple[str, ...],
     json_path: str | None,
     picture: str | None,
     quiet: bool,
@@ -60,12 +65,13 @@ def mesh(
     if faces is not None and select is not None:
         raise click.UsageError("--faces and --select exclude each other")
     _check_paths(source, outputs, json_path, picture)
+    names = _names(named)
     with stdout_to_stderr(json_path == "-"):
         import fubini
 
         _announce_compilation()
         with Progress() as progress:
-            result = fubini.mesh(source, faces=faces, select=select, progress=progress, **options)
+            result = fubini.mesh(source, faces=faces, select=select, names=names, progress=progress, **options)
         data = _write(result, outputs, json_path, picture)
     if json_path == "-":
         click.echo(dump_json(data), nl=False)
@@ -75,6 +81,19 @@ def mesh(
         click.echo(table(result))
     _warn_of_rounding(result, outputs)
     ctx.exit(0 if result.certificate.certified else 1)
+
+
+def _names(named: tuple[str, ...]) -> dict[str, str]:
+    """Names and selections from ``NAME=WHAT``."""
+    found: dict[str, str] = {}
+    for text in named:
+        name, equals, what = text.partition("=")
+        if not equals or not name.strip():
+            raise click.UsageError(f'--name takes NAME=WHAT, such as "bore=edges 3,5-7", not {text!r}')
+        if name.strip() in found:
+            raise click.UsageError(f"--name {name.strip()!r} is given twice")
+        found[name.strip()] = what
+    return found
 
 
 def _announce_compilation() -> None:

@@ -2,6 +2,8 @@
 
 from fubini.export.atomic import Transaction, check_target
 from fubini.export.convert import compact, to_meshio, to_trimesh
+from fubini.export.layout import Layout, layout
+from fubini.export.memory import DolfinxArrays, to_dolfinx_arrays, to_pyvista, to_skfem
 from fubini.export.registry import (
     FLOAT32_SUFFIXES,
     WRITERS,
@@ -15,14 +17,20 @@ from fubini.export.registry import (
 __all__ = [
     "FLOAT32_SUFFIXES",
     "WRITERS",
+    "DolfinxArrays",
+    "Layout",
     "Transaction",
     "check_path",
     "check_target",
     "compact",
     "flawed_after_rounding",
     "formats",
+    "layout",
     "save",
     "save_all",
+    "to_dolfinx_arrays",
     "to_meshio",
+    "to_pyvista",
+    "to_skfem",
     "to_trimesh",
 ]

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fubini.errors import DependencyError, ExportError
+from fubini.export.layout import layout
 
 if TYPE_CHECKING:
     from fubini.result import Mesh
@@ -43,12 +45,34 @@ def to_trimesh(mesh: Mesh) -> Any:
     return trimesh.Trimesh(points, triangles, process=False, face_attributes={"face": faces})
 
 
-def to_meshio(mesh: Mesh) -> Any:
-    """``meshio.Mesh`` of triangles with the cell data array ``face`` (CAD face index, from 0)."""
+def to_meshio(mesh: Mesh, names: bool = True) -> Any:
+    """``meshio.Mesh`` of triangles with the cell data array ``face`` (CAD face index, from 0).
+
+    With ``names`` there are lines and vertices too, the cell data array ``edge`` (-1 but on lines), and
+    names as cell sets.
+    """
     try:
         import meshio
     except ImportError as error:
         raise DependencyError("meshio cannot be imported", fix="pip install meshio") from error
-    points, triangles = compact(mesh)
-    faces = np.asarray(mesh.face_of_triangle, np.int32)
-    return meshio.Mesh(points, [("triangle", triangles)], cell_data={"face": [faces]})
+    found = layout(mesh)
+    second = found.order == 2
+    blocks = [("triangle6" if second else "triangle", found.cells)]
+    if not names:
+        return meshio.Mesh(found.points, blocks, cell_data={"face": [found.face]})
+    groups: list[Mapping[str, NDArray[np.int32]]] = [found.regions]
+    if len(found.segments):
+        blocks.append(("line3" if second else "line", found.segments))
+        groups.append(found.boundaries)
+    if found.named_points:
+        every, at = np.unique(np.concatenate(list(found.named_points.values())), return_inverse=True)
+        blocks.append(("vertex", every[:, None]))
+        ends = np.cumsum([len(rows) for rows in found.named_points.values()])[:-1]
+        groups.append(dict(zip(found.named_points, np.split(at.astype(np.int32), ends), strict=True)))
+    none = np.empty(0, np.int32)
+    sets = {name: [group.get(name, none) for group in groups] for group in groups for name in group}
+    unknown = [np.full(len(cells), -1, np.int32) for _, cells in blocks]
+    faces, edges = [found.face, *unknown[1:]], list(unknown)
+    if len(found.segments):
+        edges[1] = found.edge
+    return meshio.Mesh(found.points, blocks, cell_data={"face": faces, "edge": edges}, cell_sets=sets)

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fubini.errors import ExportError
-from fubini.export import glb, obj, ply, stl, vtk, vtu
+from fubini.errors import ExportError, OptionError
+from fubini.export import glb, inp, msh, npz, obj, ply, stl, unv, vtk, vtu
 from fubini.export.atomic import Transaction, check_target
 from fubini.quality import flawed
 
@@ -17,14 +19,21 @@ if TYPE_CHECKING:
     from fubini.result import Mesh
 
 #: Suffix (lower case) to the function that writes a mesh to a new file at the given path.
-WRITERS: dict[str, Callable[[Mesh, Path], None]] = {
+WRITERS: dict[str, Callable[..., None]] = {
     ".stl": stl.write,
     ".obj": obj.write,
     ".ply": ply.write,
     ".glb": glb.write,
     ".vtu": vtu.write,
     ".vtk": vtk.write,
+    ".inp": inp.write,
+    ".msh": msh.write,
+    ".unv": unv.write,
+    ".npz": npz.write,
 }
+
+#: Formats of solvers that would lose the names of regions and boundaries: refused.
+NAMELESS = frozenset({".bdf", ".cgns", ".fem", ".med", ".mesh", ".nas", ".su2", ".xdmf", ".xml"})
 
 #: Formats that keep coordinates in single precision.
 FLOAT32_SUFFIXES = frozenset({".stl", ".ply", ".glb"})
@@ -34,7 +43,7 @@ def formats() -> tuple[str, ...]:
     """Suffixes that can be written, sorted.
 
     >>> formats()
-    ('.glb', '.obj', '.ply', '.stl', '.vtk', '.vtu')
+    ('.glb', '.inp', '.msh', '.npz', '.obj', '.ply', '.stl', '.unv', '.vtk', '.vtu')
     """
     return tuple(sorted(WRITERS))
 
@@ -45,14 +54,26 @@ def check_path(path: str | Path) -> None:
     check_target(path)
 
 
-def save(mesh: Mesh, path: str | Path) -> None:
+def save(mesh: Mesh, path: str | Path, **options: Any) -> None:
     """Write the mesh to ``path``; the suffix picks the format. The same mesh gives the same bytes.
+
+    ``options`` of the format: ``elements`` for .inp (see ``fubini.export.inp.write``), ``version`` for
+    .msh ("2.2" or "4.1").
 
     Raises
     ------
-    ExportError : unknown suffix, or the file cannot be written; nothing half-written stays behind.
+    ExportError : unknown suffix, the format would lose what the mesh holds, or the file cannot be
+        written; nothing half-written stays behind.
+    OptionError : the format has no such option.
     """
-    save_all(mesh, [path])
+    writer = _writer(path)
+    known = set(inspect.signature(writer).parameters) - {"mesh", "path"}
+    for name in options:
+        if name not in known:
+            fix = "options are " + ", ".join(sorted(known)) if known else "this format has no options"
+            raise OptionError(f"unknown option {name!r}", file=str(path), fix=fix)
+    with Transaction() as own:
+        _stage_all(mesh, [path], [partial(writer, **options)], own)
 
 
 def save_all(mesh: Mesh, paths: Sequence[str | Path], transaction: Transaction | None = None) -> None:
@@ -77,8 +98,13 @@ def flawed_after_rounding(mesh: Mesh) -> int:
     return max(0, after - mesh.certificate.flawed)
 
 
-def _writer(path: str | Path) -> Callable[[Mesh, Path], None]:
+def _writer(path: str | Path) -> Callable[..., None]:
     suffix = Path(path).suffix.lower()
+    if suffix in NAMELESS:
+        raise ExportError(
+            f"{suffix} would lose the names of regions and boundaries",
+            file=str(path), fix="use .inp, .msh, .unv, .vtu or .npz, or mesh.to_meshio().write(path)",
+        )  # fmt: skip
     if suffix not in WRITERS:
         what = f"unknown suffix {suffix!r}" if suffix else "the path has no suffix"
         raise ExportError(what, file=str(path), fix="use one of " + ", ".join(formats()))
@@ -88,7 +114,7 @@ def _writer(path: str | Path) -> Callable[[Mesh, Path], None]:
 def _stage_all(
     mesh: Mesh,
     paths: Sequence[str | Path],
-    writers: Sequence[Callable[[Mesh, Path], None]],
+    writers: Sequence[Callable[..., None]],
     transaction: Transaction,
 ) -> None:
     for path, writer in zip(paths, writers, strict=True):

@@ -13,4 +13,4 @@ if TYPE_CHECKING:
 
 def write(mesh: Mesh, path: Path) -> None:
     """Write ``mesh`` to the new file ``path``."""
-    to_meshio(mesh).write(path, file_format="vtk42", binary=True)
+    to_meshio(mesh, names=False).write(path, file_format="vtk42", binary=True)
