@@ -104,6 +104,7 @@ class Model:
     diagonal : diagonal of the bounding box of the whole model, in model units.
     notes : remarks for the report (conversions, healed gaps, embedded edges left out).
     native : the live CAD shape behind the model, for ``Mesh.attach``; None when there is none.
+    traces : how sub-shapes of the source became those of ``native`` (``fubini.cad.trace.Trace``), in order.
     """
 
     source: str
@@ -114,6 +115,7 @@ class Model:
     diagonal: float = 1.0
     notes: tuple[str, ...] = ()
     native: Any = field(default=None, repr=False, compare=False)
+    traces: tuple[Any, ...] = field(default=(), repr=False, compare=False)
 
     def __repr__(self) -> str:
         """One line: the curves of a model fill the screen."""

@@ -219,7 +219,8 @@ def _name_segments(boundaries: dict[str, list[Int]], regions: dict[str, list[Int
     for s in np.flatnonzero(several).tolist():
         beside = np.unique(owner[triangle[start[s] : start[s + 1]]]).tolist()
         if len(beside) > 1:
-            found.setdefault("|".join(names[k] for k in beside), []).append(np.array([s], np.int32))
+            parted = dict.fromkeys(part for k in beside for part in names[k].split("|"))
+            found.setdefault("|".join(parted), []).append(np.array([s], np.int32))
     for base, more in found.items():
         boundaries[_fresh(base, boundaries)] = more
 

@@ -42,7 +42,7 @@ def build_model(source: Source, check: bool = True) -> Model:
     Raises ``InputError`` when there is no planar face and ``GeometryError`` with face, edge and
     coordinates where an outline bounds no region.
     """
-    shape, faces = _with_faces(source)
+    shape, faces = with_faces(source)
     size = occ.diagonal(shape)
     if not size > 0.0:
         raise GeometryError("a model of no extent", file=source.label)
@@ -78,10 +78,11 @@ def build_model(source: Source, check: bool = True) -> Model:
         diagonal=size,
         notes=(*source.notes, *builder.notes),
         native=shape,
+        traces=source.traces,
     )
 
 
-def _with_faces(source: Source) -> tuple[Any, occ.ShapeMap]:
+def with_faces(source: Source) -> tuple[Any, occ.ShapeMap]:
     """The shape and its faces; where it has none, those that its closed outlines bound."""
     shape = source.shape
     faces = occ.ShapeMap(shape, occ.FACE)

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from OCP.BRep import BRep_Tool
 from OCP.BRepAdaptor import BRepAdaptor_Curve
 from OCP.Geom import Geom_BSplineCurve, Geom_TrimmedCurve
 from OCP.GeomAbs import GeomAbs_CurveType as CurveType
@@ -27,7 +26,6 @@ Float = NDArray[np.float64]
 _FAR = 1e99  # the kernel's parameters of unbounded curves are 2e100
 _first_vertex = occ.static(TopExp, "FirstVertex")
 _last_vertex = occ.static(TopExp, "LastVertex")
-_degenerated = occ.static(BRep_Tool, "Degenerated")
 
 
 @dataclass(frozen=True)
@@ -61,7 +59,7 @@ class EdgeTable:
 
     def degenerated(self, index: int) -> bool:
         """Whether the edge is a mere point of its surface."""
-        return bool(_degenerated(occ.as_edge(self.shapes[index])))
+        return bool(occ.degenerated(occ.as_edge(self.shapes[index])))
 
     def forward(self, index: int) -> Any:
         """The ``TopoDS_Edge``, run along its curve."""

@@ -18,7 +18,13 @@ if TYPE_CHECKING:
 
 
 def load(
-    source: Any, *, groups: Mapping[str, Any] | None = None, gap: float | None = None, check: bool = True
+    source: Any,
+    *,
+    groups: Mapping[str, Any] | None = None,
+    gap: float | None = None,
+    check: bool = True,
+    sew: float | None = None,
+    imprint: bool = False,
 ) -> Model:
     """The planar faces of a CAD source, with their exact outlines and names.
 
@@ -32,6 +38,10 @@ def load(
         come before those of the source.
     gap : loose ends in drawings closer than this (model units) are joined.
     check : look for outlines that cross or touch.
+    sew : join edges of different faces that lie within this distance (model units) of each other; what
+        was joined and what stays open is told in the notes of the model.
+    imprint : cut faces and solids where they touch or overlap, so that they share faces, edges and
+        vertices there; what belongs to two names A and B is named ``A|B``.
 
     Raises ``InputError`` when the source cannot be read or has no planar face, ``GeometryError``
     where an outline bounds no region, ``DependencyError`` when there is no CAD kernel.
@@ -46,6 +56,14 @@ def load(
         found = dataclasses.replace(
             found, face_names=(*faces, *found.face_names), edge_names=(*edges, *found.edge_names)
         )
+    if sew is not None:
+        from fubini.cad.sewing import sew_faces
+
+        found = sew_faces(found, sew)
+    if imprint:
+        from fubini.cad.imprint import imprint_parts
+
+        found = imprint_parts(found)
     return build_model(found, check)
 
 

@@ -22,7 +22,8 @@ def match(model: Model, value: Any) -> Selection:
         a CadQuery ``Workplane`` (what lies on its stack), or a list of these.
 
     The same sub-shape is taken (``IsSame``), else all of the same geometry in another place
-    (``IsPartner``). Raises ``OptionError`` when nothing is found, or this is no shape.
+    (``IsPartner``); where the source was sewn or imprinted, all that became of it. Raises
+    ``OptionError`` when nothing is found, or this is no shape.
     """
     if model.native is None:
         raise OptionError("no live CAD shape stands behind the model", fix='select by index, as "edges 3", or by place')
@@ -34,7 +35,10 @@ def match(model: Model, value: Any) -> Selection:
             continue
         if kind not in maps:
             maps[kind] = occ.ShapeMap(model.native, kind)
-        found[kind].update(resolve(maps[kind], [(shape, "wanted")]))
+        parts = [shape]
+        for trace in model.traces:
+            parts = [new for old in parts for new in trace.after(old, kind)]
+        found[kind].update(resolve(maps[kind], [(part, "wanted") for part in parts]))
     if not any(found.values()):
         raise OptionError("no face, edge or vertex of the model is selected", fix="select from what is meshed")
     return Selection(*(frozenset(found[k]) for k in (occ.FACE, occ.EDGE, occ.VERTEX)))

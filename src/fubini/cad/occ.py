@@ -28,11 +28,14 @@ from OCP.TopoDS import TopoDS, TopoDS_Compound, TopoDS_Iterator, TopoDS_Shape  #
 
 try:
     from OCP.TopTools import TopTools_IndexedMapOfShape as _IndexedMap
+    from OCP.TopTools import TopTools_ListOfShape as _ShapeList
 except ImportError:
     from OCP.collections import IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher as _IndexedMap
+    from OCP.collections import List_TopoDS_Shape as _ShapeList
 
 Float = NDArray[np.float64]
-COMPOUND, SOLID, FACE = Kind.TopAbs_COMPOUND, Kind.TopAbs_SOLID, Kind.TopAbs_FACE
+COMPOUND, SOLID = Kind.TopAbs_COMPOUND, Kind.TopAbs_SOLID
+SHELL, FACE = Kind.TopAbs_SHELL, Kind.TopAbs_FACE
 WIRE, EDGE, VERTEX = Kind.TopAbs_WIRE, Kind.TopAbs_EDGE, Kind.TopAbs_VERTEX
 
 
@@ -46,6 +49,7 @@ as_wire = static(TopoDS, "Wire")
 as_edge = static(TopoDS, "Edge")
 as_vertex = static(TopoDS, "Vertex")
 tolerance = static(BRep_Tool, "Tolerance")
+degenerated = static(BRep_Tool, "Degenerated")
 _pnt = static(BRep_Tool, "Pnt")
 _map_shapes = static(TopExp, "MapShapes")
 _add_box = static(BRepBndLib, "AddOptimal")
@@ -127,6 +131,14 @@ def compound(shapes: Iterable[Any]) -> Any:
     return result
 
 
+def shape_list(shapes: Iterable[Any]) -> Any:
+    """The kernel's own list of these ``TopoDS_Shape``."""
+    result = _ShapeList()
+    for shape in shapes:
+        result.Append(shape)
+    return result
+
+
 def is_shape(value: Any) -> bool:
     """Whether this is a ``TopoDS_Shape`` of the kernel."""
     return isinstance(value, TopoDS_Shape)
@@ -134,10 +146,21 @@ def is_shape(value: Any) -> bool:
 
 def diagonal(shape: Any) -> float:
     """Diagonal of the bounding box of the geometry, without tolerances; 0 when there is none."""
-    box = Bnd_Box()
-    box.SetGap(0.0)
-    _add_box(shape, box, False, False)
+    box = _box(shape)
     return 0.0 if box.IsVoid() else float(box.CornerMin().Distance(box.CornerMax()))
+
+
+def box(shape: Any) -> tuple[Float, Float]:
+    """Least and greatest coordinates (3,) of a shape that is not empty."""
+    found = _box(shape)
+    return xyz(found.CornerMin()), xyz(found.CornerMax())
+
+
+def _box(shape: Any) -> Any:
+    result = Bnd_Box()
+    result.SetGap(0.0)
+    _add_box(shape, result, False, False)
+    return result
 
 
 @contextlib.contextmanager

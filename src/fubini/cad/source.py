@@ -6,9 +6,12 @@ import importlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from fubini.errors import InputError
+
+if TYPE_CHECKING:
+    from fubini.cad.trace import Trace
 
 
 @dataclass(frozen=True)
@@ -24,6 +27,7 @@ class Source:
         ``shape`` or hold several of them; it is matched by ``IsSame``, else by ``IsPartner`` (same
         geometry, other placement). The first pair that names a sub-shape wins.
     notes : remarks for the report.
+    traces : what became of the sub-shapes that were read, where the shape was sewn or imprinted.
     """
 
     shape: Any
@@ -31,6 +35,7 @@ class Source:
     face_names: tuple[tuple[Any, str], ...] = ()
     edge_names: tuple[tuple[Any, str], ...] = ()
     notes: tuple[str, ...] = ()
+    traces: tuple[Trace, ...] = ()
 
 
 @dataclass(frozen=True)

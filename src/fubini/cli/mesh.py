@@ -31,6 +31,8 @@ if TYPE_CHECKING:
 @click.option("--size", type=float, metavar="H", help="Wanted edge length in model units; by default from the model.")
 @click.option("--faces", type=FaceList(), metavar="I,J", help="Only these faces: indices such as 0,3,5-9.")
 @click.option("--select", metavar="NAME", help="Only the faces of this name.")
+@click.option("--imprint", is_flag=True, help="Cut parts where they touch or overlap, so that the mesh conforms.")
+@click.option("--sew", type=float, metavar="T", help="Join edges of different faces within this distance.")
 @click.option("--pattern", type=click.Choice(["auto", "SP13", "SP41", "ASP20", "ASP48"]),
               default="auto", show_default=True, help="Reference points laid into the cells.")  # fmt: skip
 @click.option("--min-skew", type=float, default=45.0, show_default=True, metavar="D",

@@ -35,7 +35,9 @@ def load(source: Any, **reading: Any) -> Model:
     source : a path to .step, .stp, .brep, .iges, .igs, .dxf, .svg or .FCStd; a live build123d or
         CadQuery object; a ``TopoDS_Shape``; or a ``Model``, which is returned as it is.
     reading : options of ``fubini.cad.load``: ``groups`` (names for live sub-shapes), ``gap`` (tolerance
-        between ends of loose entities in drawings), ``check`` (whether outlines are validated).
+        between ends of loose entities in drawings), ``check`` (whether outlines are validated), ``sew``
+        (distance within which edges of different faces are joined), ``imprint`` (whether parts that touch
+        or overlap are cut at each other).
 
     Raises
     ------
@@ -44,6 +46,8 @@ def load(source: Any, **reading: Any) -> Model:
     DependencyError : the CAD kernel or a reader is not installed.
     """
     if isinstance(source, Model):
+        if reading.get("imprint") or reading.get("sew") is not None:
+            raise OptionError("a model that is read already cannot be sewn or imprinted", fix="say so in load")
         return source
     from fubini.cad import load as read
 
@@ -58,6 +62,8 @@ def mesh(
     select: str | None = None,
     names: Mapping[str, Any] | None = None,
     order: int = 1,
+    imprint: bool = False,
+    sew: float | None = None,
     progress: Progress | None = None,
     **options: Any,
 ) -> Mesh:
@@ -75,6 +81,9 @@ def mesh(
         predicate ``p(x, y, z) -> bool`` on arrays of coordinates (see ``fubini.naming.name_parts``).
         These come before names of the source; the rest is named automatically.
     order : 1 for triangles of 3 nodes, 2 for triangles of 6 with mid-side nodes on the true curves.
+    imprint : cut faces and solids where they touch or overlap, so that the mesh conforms there; what two
+        names A and B cover is named ``A|B``.
+    sew : join edges of different faces within this distance (model units).
     progress : called as ``progress(stage, done, total)``.
     options : fields of ``fubini.pipeline.options.MeshOptions``: ``pattern``, ``min_skew``,
         ``max_aspect_ratio``, ``growth``, ``turn``, ...
@@ -97,7 +106,7 @@ def mesh(
     if order not in (1, 2):
         raise OptionError(f"order is {order!r}", fix="use 1 or 2")
     clock = _Clock()
-    model = select_faces(load(source), faces, select)
+    model = select_faces(load(source, imprint=imprint, sew=sew), faces, select)
     wanted = resolve_names(model, names)
     clock.lap("load")
     length = min(checked.size, model.diagonal) if checked.size is not None else pick_size(model)

@@ -1,0 +1,62 @@
+"""Parts that touch or overlap, cut so that they share faces, edges and vertices (general fuse)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from OCP.BRepAlgoAPI import BRepAlgoAPI_BuilderAlgo
+
+from fubini.cad import occ
+from fubini.cad.build import with_faces
+from fubini.cad.source import Source
+from fubini.cad.trace import Trace, rebuilt
+from fubini.errors import GeometryError
+
+
+def imprint_parts(source: Source) -> Source:
+    """The source with its solids, and its faces outside solids, cut at each other.
+
+    What several of them cover is kept once. Raises ``GeometryError`` where the kernel cannot cut them.
+    """
+    shape, faces = with_faces(source)
+    parts = _parts(shape)
+    if len(parts) < 2:
+        return source
+    fuse = BRepAlgoAPI_BuilderAlgo()
+    fuse.SetArguments(occ.shape_list(parts))
+    fuse.SetNonDestructive(True)
+    fuse.SetRunParallel(False)
+    try:
+        with occ.quiet():
+            fuse.Build()
+        done = fuse.IsDone()
+        reason = "" if done else f"the kernel gives up on {len(parts)} parts"
+    except Exception as error:  # the kernel raises its own classes, which share no other base
+        done, reason = False, f"the kernel fails ({type(error).__name__})"
+    if not done:
+        raise GeometryError(f"the parts cannot be imprinted: {reason}", file=source.label, fix="heal the parts first")
+    result = fuse.Shape()
+
+    def images(part: Any) -> list[Any]:
+        return [] if fuse.IsDeleted(part) else list(fuse.Modified(part)) or [part]
+
+    trace = Trace(shape, images)
+    return rebuilt(source, trace, result, [_note(trace, faces, result)])
+
+
+def _parts(shape: Any) -> list[Any]:
+    """Solids, and the faces that belong to none, each once."""
+    solids = occ.ShapeMap(shape, occ.SOLID)
+    taken = occ.ShapeMap(occ.compound(solids), occ.FACE)
+    return [*solids, *(f for f in occ.ShapeMap(shape, occ.FACE) if taken.index(f) < 0)]
+
+
+def _note(trace: Trace, faces: occ.ShapeMap, result: Any) -> str:
+    """How many faces there were and are."""
+    after = occ.ShapeMap(result, occ.FACE)
+    owners = [0] * len(after)
+    for face in faces:
+        for image in trace.images(face):
+            owners[after.index(image)] += 1
+    shared = sum(n > 1 for n in owners)
+    return f"imprinted: {len(faces)} faces became {len(after)}, {shared} of them from more than one"
