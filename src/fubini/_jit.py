@@ -12,6 +12,7 @@ import hashlib
 import os
 import sys
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,8 @@ import numba
 import numpy as np
 from numba.core import sigutils, types
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, _CacheLocator
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import Compiler
 from numba.core.types.misc import unliteral
 
 
@@ -76,13 +79,72 @@ def _plain(kind: Any) -> Any:
     return types.int64 if isinstance(kind, types.Integer) else kind
 
 
-def kernel(function: Callable[..., Any]) -> Any:
+class _NoEnvironment:
+    """Stands in for the code generator where machine code does not exist."""
+
+    def set_env(self, name: str, env: Any) -> None:
+        """Nothing to set: the function lives on in its callers only."""
+
+
+class _Part(JITCodeLibrary):
+    """Code that only other code links in: neither optimised nor turned into machine code by itself.
+
+    numba would optimise a function once by itself and again in each caller, caller's caller and so on.
+    """
+
+    codegen = _NoEnvironment()
+
+    def _optimize_final_module(self) -> None:
+        pass
+
+    def _finalize_final_module(self) -> None:
+        self._finalize_dynamic_globals()
+        self._finalized = True
+
+    def get_pointer_to_function(self, name: str) -> int:
+        """None: there is no machine code."""
+        return 0
+
+
+class _Whole(JITCodeLibrary):
+    """Code called from Python, optimised once, with everything that it calls."""
+
+    def _optimize_final_module(self) -> None:
+        built = self._codegen._module_pass_manager(loop_vectorize=False, slp_vectorize=False)
+        if isinstance(built, tuple):
+            passes, builder = built
+            passes.run(self._final_module, builder)
+        else:  # numba before 0.62
+            built.run(self._final_module)
+
+
+def _compiler(library: type[JITCodeLibrary]) -> type[Compiler]:
+    """numba's compiler with code libraries of this kind."""
+
+    class _Compiler(Compiler):
+        def compile_extra(self, func: Callable[..., Any]) -> Any:
+            self.state.library = library(self.state.targetctx.codegen(), func.__qualname__)
+            self.state.library.enable_object_caching()
+            return super().compile_extra(func)
+
+    return _Compiler
+
+
+_COMPILERS = {library: _compiler(library) for library in (_Part, _Whole)}
+
+
+def kernel(function: Callable[..., Any] | None = None, *, allocates: bool = False) -> Any:
     """Compile on first call, keep on disk. IEEE arithmetic, no ``fastmath``; releases the GIL.
 
     Integer arguments are always int64 inside: numba by itself compiles a function again for every width and
-    for every constant that it is called with.
+    for every constant that it is called with. Functions that make arrays must say so (``allocates``): the others are
+    compiled without the counting of references, which takes longer to compile than most of what is counted.
     """
-    compiled = _compile(function)
+    if function is None:
+        return partial(kernel, allocates=allocates)
+    compiled, part = _compile(function, _Whole, _nrt=allocates), inner(function, allocates=allocates)
+    # other kernels link the part
+    compiled.get_call_template, compiled.get_overload = part.get_call_template, part.get_overload
     try:
         cache_folder().mkdir(parents=True, exist_ok=True)
         compiled._cache = _Cache(function)
@@ -91,21 +153,30 @@ def kernel(function: Callable[..., Any]) -> Any:
     return compiled
 
 
-def inner(function: Callable[..., Any]) -> Any:
+def inner(function: Callable[..., Any] | None = None, *, allocates: bool = False) -> Any:
     """As ``kernel``, for functions that only other kernels call.
 
     Nothing is made for calls from Python, nor kept on disk: the code of the caller contains it.
     """
-    return _compile(function, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+    if function is None:
+        return partial(inner, allocates=allocates)
+    return _compile(function, _Part, no_cpython_wrapper=True, _nrt=allocates)
 
 
-def _compile(function: Callable[..., Any], **options: bool) -> Any:
-    compiled = numba.njit(nogil=True, error_model="numpy", **options)(function)
+def _compile(function: Callable[..., Any], library: type[JITCodeLibrary], **options: bool) -> Any:
+    compiled = numba.njit(
+        nogil=True, error_model="numpy", no_cfunc_wrapper=True, pipeline_class=_COMPILERS[library], **options
+    )(function)
     compile_for = compiled.compile
 
     def compile_plain(signature: Any) -> Any:
-        arguments, _ = sigutils.normalize_signature(signature)
-        return compile_for(tuple(_plain(a) for a in arguments))
+        given, _ = sigutils.normalize_signature(signature)
+        arguments = tuple(_plain(a) for a in given)
+        entry = compile_for(arguments)
+        made = compiled.overloads[arguments].signature.return_type
+        if not options["_nrt"] and any(isinstance(part, types.Array) for part in getattr(made, "types", (made,))):
+            raise TypeError(f"{function.__name__} returns an array: declare it with allocates=True")
+        return entry
 
     compiled.compile = compile_plain
     return compiled

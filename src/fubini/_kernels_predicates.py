@@ -80,14 +80,16 @@ def add_product(total, n, e, m, f, k):
     return n
 
 
-@inner
+@inner(allocates=True)
 def exact_determinant(ax, ay, bx, by, cx, cy, dx, dy, steps):
     """Sign carrier of the in-circle determinant of a, b, c, d (all steps) or of the orientation of a, b, d.
 
     Carries out the first so many STEPS; for the orientation ORIENTATION_STEPS.
     """
-    size = np.zeros(19, np.int64)
+    size = np.empty(19, np.int64)
     term = np.empty((19, 1600))
+    for row in range(19):
+        size[row] = 0
     ends = (ax, ay, bx, by, cx, cy)
     for row in range(6):
         high, low = two_sum(ends[row], -dy if row % 2 else -dx)

@@ -8,9 +8,11 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import fubini
+import fubini._jit as jit
 
 RUN = """
 import fubini._jit as jit, numpy as np
@@ -82,3 +84,36 @@ def test_default_folder_is_the_users_cache(package, tmp_path):
     code = "import fubini._jit as jit; print(jit.cache_folder().parent)"
     found = subprocess.check_output([sys.executable, "-c", code], env=env, text=True, timeout=60)
     assert found.strip() == str(tmp_path / "xdg" / "fubini")
+
+
+def test_arrays_need_the_counting_of_references():
+    @jit.inner
+    def careless(a):
+        return a
+
+    @jit.kernel
+    def caller(a):
+        return careless(a)[0]
+
+    with pytest.raises(Exception, match="allocates"):
+        caller(np.zeros(3))
+
+
+def test_kernels_link_kernels_and_what_allocates():
+    @jit.inner(allocates=True)
+    def doubled(n):
+        out = np.empty(n)
+        for i in range(n):
+            out[i] = 2.0 * i
+        return out
+
+    @jit.kernel(allocates=True)
+    def middle(n):
+        return doubled(n)
+
+    @jit.kernel(allocates=True)
+    def total(n):
+        return middle(n).sum()
+
+    assert total(5) == 20.0
+    assert middle(3).tolist() == [0.0, 2.0, 4.0]

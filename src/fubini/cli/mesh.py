@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -99,12 +98,11 @@ def _names(named: tuple[str, ...]) -> dict[str, str]:
 
 
 def _announce_compilation() -> None:
-    """Say on a terminal why the very first run takes long."""
-    if sys.stderr.isatty():
-        from fubini._jit import cache_folder
+    """Say why the very first run takes long."""
+    from fubini._jit import cache_folder
 
-        if not cache_folder().exists():
-            click.echo("first run: compiling, about a minute", err=True)
+    if not any(cache_folder().glob("*.nbi")):
+        click.echo("first run: compiling, about half a minute, once", err=True)
 
 
 def _check_paths(source: str, outputs: tuple[str, ...], json_path: str | None, picture: str | None) -> None:

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from fubini._jit import inner, kernel
 from fubini.optimise._kernels_cavity import local, new_node
 from fubini.optimise._kernels_loop import DONE, FULL
@@ -22,10 +24,12 @@ NODE_DISTANCE, SEGMENT_DISTANCE = 0.65, 0.5
 NEAR = 48
 
 
-@kernel
+@kernel(allocates=True)
 def prepare(points, tri, fixed, size, tri_of):
     """Fill tri_of (n,) and, at interior nodes from ``fixed`` on, size (n,): the mean length of the edges there."""
-    number = 0 * tri_of
+    number = np.empty(tri_of.shape[0], np.int32)
+    for v in range(number.shape[0]):
+        number[v] = 0
     for t in range(tri.shape[0]):
         for i in range(3):
             a, b = tri[t, i], tri[t, (i + 1) % 3]

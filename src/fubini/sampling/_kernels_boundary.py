@@ -14,7 +14,7 @@ from fubini._jit import kernel
 from fubini.tracks._kernels import evaluate_one
 
 
-@kernel
+@kernel(allocates=True)
 def turning_sizes(x, s, turn, out):
     """Size at each sample of a polyline x (n, 2) with arc lengths s (n,): it turns by ``turn`` radians there.
 
@@ -96,7 +96,7 @@ def grade(first, s, h, ends, radius, vertex_size, g):
     return 100
 
 
-@kernel
+@kernel(allocates=True)
 def envelope(first, t, s, cap, h, g):
     """Tables with a sample wherever growth from a fine sample reaches the ceiling or another ramp.
 
@@ -131,7 +131,7 @@ def envelope(first, t, s, cap, h, g):
             out[0, n], out[1, n], out[2, n] = t[i], s[i], h[i]
             n += 1
     new_first[edges] = n
-    return new_first, out[0, :n].copy(), out[1, :n].copy(), out[2, :n].copy()
+    return new_first, out[0, :n], out[1, :n], out[2, :n]
 
 
 @kernel
@@ -273,7 +273,7 @@ def gather_face(
     return n
 
 
-@kernel
+@kernel(allocates=True)
 def node_sizes(points, segments, angle, sharp, h, size):
     """Size of each boundary node: half the length of its two segments, at most h.
 
@@ -281,9 +281,9 @@ def node_sizes(points, segments, angle, sharp, h, size):
     corner take the shorter of their two segments. Returns nothing; writes size (n,).
     """
     n = points.shape[0]
-    shorter = np.full(n, np.inf)
-    size[:] = 0.0
-    beside = np.zeros(n, np.uint8)
+    shorter, beside = np.empty(n), np.empty(n, np.uint8)
+    for v in range(n):
+        shorter[v], beside[v], size[v] = np.inf, 0, 0.0
     for k in range(segments.shape[0]):
         a, b = segments[k, 0], segments[k, 1]
         length = math.hypot(points[a, 0] - points[b, 0], points[a, 1] - points[b, 1])
@@ -308,9 +308,10 @@ def gap_sizes(points, triangles, neighbours, size, sharp, g, factor, want, foot,
     ``foot_want`` the size there, infinite where nothing is asked. ``sharp`` flags nodes at sharp
     corners, which are left alone. Growth is limited to g along all edges.
     """
-    want[:] = size
-    foot[:] = 0.0
-    foot_want[:] = np.inf
+    for v in range(want.shape[0]):
+        want[v] = size[v]
+    for k in range(foot.shape[0]):
+        foot[k], foot_want[k] = 0.0, np.inf
     for t in range(triangles.shape[0]):
         for i in range(3):
             j, k = (i + 1) % 3, (i + 2) % 3

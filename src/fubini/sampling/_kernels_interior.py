@@ -11,10 +11,12 @@ from fubini._jit import kernel
 ROW = 0.8660254037844386  # sqrt(3) / 2
 
 
-@kernel
+@kernel(allocates=True)
 def crossings(points, segments, y0, step, rows):
     """Limits of all rows y0 + j step: row j crosses the boundary at xs[first[j] : first[j + 1]], sorted."""
-    first = np.zeros(rows + 1, np.int64)
+    first, fill = np.empty(rows + 1, np.int64), np.empty(rows, np.int64)
+    for j in range(rows + 1):
+        first[j] = 0
     for k in range(segments.shape[0]):
         a, b = points[segments[k, 0], 1], points[segments[k, 1], 1]
         j0 = max(0, math.ceil((min(a, b) - y0) / step))
@@ -22,23 +24,26 @@ def crossings(points, segments, y0, step, rows):
         for j in range(j0, j1):
             first[j + 1] += 1
     for j in range(rows):
+        fill[j] = first[j]
         first[j + 1] += first[j]
     xs = np.empty(first[rows])
-    fill = first[:rows].copy()
     for k in range(segments.shape[0]):
         ax, ay = points[segments[k, 0], 0], points[segments[k, 0], 1]
         bx, by = points[segments[k, 1], 0], points[segments[k, 1], 1]
         j0 = max(0, math.ceil((min(ay, by) - y0) / step))
         j1 = min(rows, math.ceil((max(ay, by) - y0) / step))
         for j in range(j0, j1):
-            xs[fill[j]] = ax + (y0 + j * step - ay) / (by - ay) * (bx - ax)
+            x = ax + (y0 + j * step - ay) / (by - ay) * (bx - ax)
+            q = fill[j]
+            while q > first[j] and xs[q - 1] > x:
+                xs[q] = xs[q - 1]
+                q -= 1
+            xs[q] = x
             fill[j] += 1
-    for j in range(rows):
-        xs[first[j] : first[j + 1]] = np.sort(xs[first[j] : first[j + 1]])
     return first, xs
 
 
-@kernel
+@kernel(allocates=True)
 def lattice(points, segments, size, h, x0, y0, columns, rows, clearance, g):
     """Lattice nodes inside the boundary and clear of it, (n, 2).
 
@@ -48,7 +53,10 @@ def lattice(points, segments, size, h, x0, y0, columns, rows, clearance, g):
     gradient g until it reaches h.
     """
     step = h * ROW
-    inside = np.zeros((rows, columns), np.uint8)
+    inside = np.empty((rows, columns), np.uint8)
+    for j in range(rows):
+        for i in range(columns):
+            inside[j, i] = 0
     first, xs = crossings(points, segments, y0, step, rows)
     for j in range(rows):
         start = x0 + (0.5 * h if j & 1 else 0.0)

@@ -31,7 +31,7 @@ NOTHING = -(2**31) + 1
 LEAKED, CONTRADICTED = 1, 2
 
 
-@kernel
+@kernel(allocates=True)
 def rank_points(points):
     """Points (n + 3, 2) by rank, the far corners behind them, and order (n,), the index of each rank.
 
@@ -70,7 +70,7 @@ def legalise_star(points, triangles, neighbours, vertex_triangle, t):
             t = np.int64(neighbours[t, 1])
 
 
-@kernel
+@kernel(allocates=True)
 def delaunay(points, order):
     """Delaunay triangulation of the ranked points (n + 3, 2) in the far triangle, inserted one by one.
 
@@ -105,7 +105,7 @@ def delaunay(points, order):
     return triangles[:count], neighbours[:count], vertex_triangle
 
 
-@kernel
+@kernel(allocates=True)
 def find_segments(triangles, neighbours, vertex_triangle, order, segments):
     """Half-edges (k,) of the segments (k, 2), -1 where one is no edge; how many are; rank (n,) of indices.
 
@@ -230,7 +230,7 @@ def cut_segments(neighbours, half_edge):
                     neighbours[u, j] = -1 - k - s
 
 
-@kernel
+@kernel(allocates=True)
 def recover_all(points, triangles, neighbours, vertex_triangle, segments, rank, half_edge):
     """Make the segments (k, 2) without a half-edge edges where that is possible, then legalise around them.
 
@@ -240,7 +240,8 @@ def recover_all(points, triangles, neighbours, vertex_triangle, segments, rank, 
     count = triangles.shape[0]
     queue = np.empty((2 * count, 2), np.int32)
     touched = np.empty(count, np.uint8)
-    touched[:] = 0
+    for t in range(count):
+        touched[t] = 0
     for s in range(segments.shape[0]):
         a, b = rank[segments[s, 0]], rank[segments[s, 1]]
         if half_edge[s] < 0 and min(a, b) >= 0 and a != b:
@@ -267,7 +268,7 @@ def recover_all(points, triangles, neighbours, vertex_triangle, segments, rank, 
     return report
 
 
-@inner
+@inner(allocates=True)
 def flood(triangles, neighbours, half_edge, count, n):
     """Number the triangles on the left of the segments; returns number (count,), how many, and LEAKED or 0.
 
@@ -308,7 +309,7 @@ def flood(triangles, neighbours, half_edge, count, n):
     return number, kept, leaked
 
 
-@inner
+@inner(allocates=True)
 def compact(triangles, neighbours, number, kept, order, k):
     """The kept triangles with points by index: triangles (m, 3), neighbours (m, 3), status bits.
 
@@ -336,11 +337,12 @@ def compact(triangles, neighbours, number, kept, order, k):
     return out, across, leaked | contradicted
 
 
-@inner
+@inner(allocates=True)
 def drop_unused(triangles, n, fixed):
     """Renumber vertices of triangles in place without the unused ones from ``fixed`` on; returns those."""
     number = np.empty(n, np.int32)
-    number[:] = 0
+    for v in range(n):
+        number[v] = 0
     for t in range(triangles.shape[0]):
         for i in range(3):
             number[triangles[t, i]] = 1
@@ -362,7 +364,7 @@ def drop_unused(triangles, n, fixed):
     return dropped
 
 
-@kernel
+@kernel(allocates=True)
 def extract(triangles, neighbours, half_edge, order, fixed):
     """The region on the left of the segments, by index, of a triangulation whose segments were cut.
 

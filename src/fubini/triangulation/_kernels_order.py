@@ -48,7 +48,7 @@ def insertion_round(index):
     return turn
 
 
-@inner
+@inner(allocates=True)
 def insertion_order(points, low_x, low_y, extent):
     """(n,) int64, indices of points (n, 2) in the order of insertion; low and extent bound them by a square."""
     n = points.shape[0]
@@ -61,7 +61,8 @@ def insertion_order(points, low_x, low_y, extent):
     start = np.empty(2**DIGIT, np.int64)
     mask = 2**DIGIT - 1
     for shift in range(INDEX_BITS, 63, DIGIT):
-        start[:] = 0
+        for digit in range(start.shape[0]):
+            start[digit] = 0
         for i in range(n):
             start[packed[i] >> shift & mask] += 1
         total = 0

@@ -196,7 +196,8 @@ def find_edge(triangles, neighbours, vertex_triangle, a, b):
 @kernel
 def fill_vertex_triangle(triangles, count, vertex_triangle):
     """Set one triangle for each vertex: the last of the first ``count`` triangles that has it, or -1."""
-    vertex_triangle[:] = -1
+    for v in range(vertex_triangle.shape[0]):
+        vertex_triangle[v] = -1
     for t in range(count):
         for i in range(3):
             vertex_triangle[triangles[t, i]] = t
