@@ -30,6 +30,8 @@ def test_page_runs(page, bracket):
     assert "fubini.mesh(" in code
     if "cadquery" in code:
         pytest.importorskip("cadquery")
+    if "skfem" in code:
+        pytest.importorskip("skfem")
     done = subprocess.run(
         [sys.executable, "-c", code], cwd=bracket, capture_output=True, text=True, timeout=300, check=False
     )
