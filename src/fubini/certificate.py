@@ -27,6 +27,8 @@ Evaluate = Callable[[Int, Float], Float]
 
 #: Where a curve is compared with its chord, beside its ends (shares of the parameter span).
 CHORD_SAMPLES = np.arange(1, 8) / 8.0
+#: Triangles measured at a time.
+BLOCK = 8192
 
 
 @dataclass(frozen=True)
@@ -70,7 +72,20 @@ class TriangleFigures:
 
 
 def triangle_figures(points: Float, triangles: Int) -> TriangleFigures:
-    """All figures of triangles (m, 3) of points (n, 3) from their squared sides and one cross product."""
+    """All figures of triangles (m, 3) of points (n, 3), block by block: what is in the cache stays there."""
+    if len(triangles) <= BLOCK:
+        return _figures_of_block(points, triangles)
+    m = len(triangles)
+    out = TriangleFigures(np.empty((m, 3)), np.empty(m), np.empty(m), np.empty(m), np.empty(m))
+    for i in range(0, m, BLOCK):
+        part = _figures_of_block(points, triangles[i : i + BLOCK])
+        for name in ("normals", "skew", "aspect", "least", "greatest"):
+            getattr(out, name)[i : i + BLOCK] = getattr(part, name)
+    return out
+
+
+def _figures_of_block(points: Float, triangles: Int) -> TriangleFigures:
+    """Figures from the squared sides and one cross product."""
     a, b, c = (np.ascontiguousarray(points[triangles[:, i]].T) for i in range(3))
     u, v, w = b - a, c - a, c - b
     normals = u[[1, 2, 0]] * v[[2, 0, 1]] - u[[2, 0, 1]] * v[[1, 2, 0]]
@@ -314,9 +329,13 @@ def _shape_reasons(
     if len(inverted):
         at = _text(points[triangles[inverted[0]]].mean(0))
         reasons.append(f"{len(inverted)} triangles have no area or lie upside down, the first at {at}")
-    height = np.abs((points[triangles] - face.frame.origin) @ normal)
+    corner = triangles.ravel()
+    if len(points) < corner.size:
+        height = np.abs((points - face.frame.origin) @ normal)[corner]
+    else:
+        height = np.abs((points[corner] - face.frame.origin) @ normal)
     if height.max() > FLAT * diagonal + face.tolerance + outline.slack:
-        at = _text(points[triangles].reshape(-1, 3)[height.argmax()])
+        at = _text(points[corner[height.argmax()]])
         reasons.append(f"a node lies {height.max():.2g} off the plane of the face at {at}")
     if not closes_up(triangles, outline.segments, len(points)):
         reasons.append("the triangles do not fit together, or do not end at the boundary segments")
@@ -325,17 +344,26 @@ def _shape_reasons(
 
 def closes_up(triangles: Int, segments: Int, points: int) -> bool:
     """Whether every directed edge occurs once, and its reverse too but on the given boundary segments."""
-    t, s = triangles.astype(np.int64), segments.astype(np.int64)
-    start, end = t.ravel(), t[:, [1, 2, 0]].ravel()
-    forward, backward = start * points + end, end * points + start
-    forward.sort()
-    if (forward[1:] == forward[:-1]).any():
+    sides = _directed(triangles, triangles[:, [1, 2, 0]], points).ravel()
+    sides.sort()
+    if (sides[1:] == sides[:-1]).any():
         return False
-    one = np.concatenate([forward, s[:, 1] * points + s[:, 0]])
-    two = np.concatenate([backward, s[:, 0] * points + s[:, 1]])
-    one.sort()
-    two.sort()
-    return bool((one == two).all())
+    lines = sides >> 1
+    alone = np.ones(len(lines), bool)
+    alone[1:] = lines[1:] != lines[:-1]
+    alone[:-1] &= alone[1:]
+    ends = _directed(segments[:, 0], segments[:, 1], points)
+    line, at = np.unique(ends >> 1, return_inverse=True)
+    surplus = np.bincount(at.ravel(), 1.0 - 2.0 * (ends & 1))  # segments there and back cancel out
+    once = surplus != 0.0
+    rim = 2 * line[once] + (surplus[once] < 0.0)
+    return bool((np.abs(surplus) <= 1.0).all()) and np.array_equal(sides[alone], rim)
+
+
+def _directed(start: Int, end: Int, points: int) -> NDArray[np.int64]:
+    """Number of each directed edge; edges there and back differ in the last bit only."""
+    a, b = start.astype(np.int64), end.astype(np.int64)
+    return 2 * (np.minimum(a, b) * points + np.maximum(a, b)) + (a > b)
 
 
 def _place(point: Float) -> tuple[float, float, float]:

@@ -198,7 +198,7 @@ def _name_rest(groups: dict[str, list[Int]], owner: Int, names: Mapping[int, str
 
 def _name_faces(regions: dict[str, list[Int]], owner: Int) -> None:
     free = _free(regions, len(owner))
-    for index in np.unique(owner[free]).tolist():
+    for index in np.flatnonzero(np.bincount(owner[free])).tolist():
         regions[_fresh(f"face_{index}", regions)] = [_rows(free & (owner == index))]
 
 
@@ -270,4 +270,10 @@ def _fresh(base: str, taken: Iterable[str]) -> str:
 
 
 def _joined(groups: Mapping[str, list[Int]]) -> dict[str, Int]:
-    return {name: np.unique(np.concatenate(pieces)).astype(np.int32) for name, pieces in groups.items()}
+    return {name: _union(pieces) for name, pieces in groups.items()}
+
+
+def _union(pieces: list[Int]) -> Int:
+    """Indices of all pieces, sorted, each once."""
+    rows = np.sort(np.concatenate(pieces))
+    return rows[np.diff(rows, prepend=-1) > 0].astype(np.int32)
