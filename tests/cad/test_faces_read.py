@@ -21,6 +21,7 @@ from OCP.Geom import (
 from OCP.gp import gp_Ax2, gp_Ax3, gp_Dir, gp_Pnt
 from OCP.TopAbs import TopAbs_Orientation as Orientation
 
+import fubini
 from cad import shapes as S
 from fubini.cad import load, occ
 from fubini.cad.edges import read_curve
@@ -226,6 +227,14 @@ def test_holes_in_either_orientation(outer_back, inner_back):
     face = load(S.raw_face(PLANE, inner, outer)).faces[0]
     assert face.region.area == 15.0 and len(face.region.holes) == 1
     assert np.allclose(face.frame.normal, (0, 0, 1))
+
+
+@pytest.mark.parametrize("backwards", [False, True])
+def test_a_hole_that_runs_the_wrong_way_is_reported_and_certified(backwards):
+    outer, inner = S.polygon_wire(SQUARE), S.polygon_wire(INNER)
+    mesh = fubini.mesh(S.raw_face(PLANE, outer, inner.Reversed() if backwards else inner), 1.0)
+    assert mesh.certificate.certified, mesh.certificate.faces[0].reasons
+    assert any("ran the wrong way" in note for note in mesh.certificate.notes) is not backwards
 
 
 def test_edges_in_any_order_are_chained():

@@ -122,16 +122,25 @@ class _Builder:
         used = [self.table[c.edge] for chain in outline.chains for c in chain]
         frame = make_frame(*plane, sum(e.ends[0] for e in used) / len(used))
         self._note_off_plane(index, used, frame)
-        region = self._region(outline, frame, name or f"face {index}")
+        region, turned = self._region(outline, frame, name or f"face {index}")
+        for edge, at in turned:
+            self.notes.append(f"face {index}: a hole ran the wrong way and was turned (edge {edge} at {_words(at)})")
         tolerance = float(occ.tolerance(face))
         simple = all(e.curve.kind in ("line", "circle") for e in used)
-        return Face(index, region, frame, name, _area(face, simple), tolerance)
+        area = None if turned else _area(face, simple)  # the kernel adds holes that run the wrong way
+        return Face(index, region, frame, name, area, tolerance)
 
-    def _region(self, outline: Outline, frame: Frame, label: str) -> Region:
+    def _region(self, outline: Outline, frame: Frame, label: str) -> tuple[Region, list[tuple[int, Float]]]:
+        """The region, and an edge and a point of each hole that turned the same way as the outer loop."""
         corners: dict[int, Float] = {}
         loops = [self._loop(chain, frame, corners) for chain in outline.chains]
         loops.sort(key=lambda loop: -abs(loop.signed_area))
         region = Region(loops[0], tuple(loops[1:]), label)
+        turned = [
+            (loop.edges[0], frame.to_space(loop.curves[0].start)[0])
+            for loop in loops[1:]
+            if loop.signed_area * loops[0].signed_area > 0.0
+        ]
         if not abs(region.area) > _NO_AREA * region.perimeter**2:
             raise GeometryError(
                 f"a face of no area ({region.area:.3g})", at=frame.to_space(region.outer.curves[0].start)[0]
@@ -142,7 +151,7 @@ class _Builder:
             except GeometryError as error:
                 at = None if error.at is None else frame.to_space(error.at)[0]
                 raise GeometryError(error.message, edge=error.edge, at=at, fix=error.fix) from error
-        return region
+        return region, turned
 
     def _loop(self, chain: tuple[Coedge, ...], frame: Frame, corners: dict[int, Float]) -> Loop:
         curves = []

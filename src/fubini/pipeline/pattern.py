@@ -60,11 +60,20 @@ def pattern_points(region: Region, outline: Outline, pattern: str) -> PatternPoi
 
 
 def pattern_nodes(edges: int, outlines: list[Outline], points: list[PatternPoints]) -> EdgeNodes:
-    """Nodes of all edges: the union of what the faces beside each edge put on it, and its ends."""
+    """Nodes of all edges: what the faces beside each edge put on it, and its ends.
+
+    A straight edge takes the nodes of the face that puts most on it: graded sets of two faces do not
+    match, and their union would hold nodes next to each other. A curved one takes the union, since no
+    face's points may be cut off by longer chords than its own.
+    """
     on_edge = [np.array([0.0, 1.0]) for _ in range(edges)]
     for outline, of_face in zip(outlines, points, strict=True):
-        for e, t in zip(outline.edges, of_face.on_curve, strict=True):
-            on_edge[e] = np.union1d(on_edge[e], t)
+        for e, kind, t in zip(outline.edges, outline.tracks.kinds, of_face.on_curve, strict=True):
+            own = np.union1d([0.0, 1.0], t)
+            if kind != 0:
+                on_edge[e] = np.union1d(on_edge[e], own)
+            elif len(own) > len(on_edge[e]):
+                on_edge[e] = own
     for outline in outlines:
         for a, b in itertools.pairwise(outline.loop_first.tolist()):
             for j in range(a, b):
