@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 if TYPE_CHECKING:
+    from fubini.curves import Curve
     from fubini.region import Region
 
 Float = NDArray[np.float64]
@@ -69,7 +70,8 @@ class Face:
 
     ``region.loops[i].edges[j]`` is the CAD edge index of the j-th curve of the i-th loop and
     ``.forward[j]`` says whether the curve runs along the edge; its parameter is then that of the
-    edge, else one minus it.
+    edge, else one minus it. ``inner`` holds edges inside the region that the mesh must follow: curves
+    along the edge, and CAD edge indices.
     """
 
     index: int
@@ -78,6 +80,7 @@ class Face:
     name: str | None = None
     area: float | None = None
     tolerance: float = 0.0
+    inner: tuple[tuple[Curve, int], ...] = ()
 
 
 @dataclass(frozen=True)

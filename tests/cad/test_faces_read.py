@@ -260,16 +260,18 @@ def test_an_open_wire_is_refused_with_both_ends():
     assert "(0, 0, 0)" in str(caught.value)
 
 
-def test_slits_and_embedded_edges_are_left_out_and_reported():
+def test_slits_and_embedded_edges_are_kept_inside_the_face():
     outer = S.sub(S.polygon_wire(SQUARE), occ.EDGE)
     slit = S.line((0, 0, 0), (1, 1, 0))
     embedded = S.line((2, 2, 0), (3, 3, 0)).Oriented(Orientation.TopAbs_INTERNAL)
-    wire = S.raw_wire([*outer, slit, slit.Reversed(), embedded])
+    beyond = S.line((5, 5, 0), (6, 6, 0)).Oriented(Orientation.TopAbs_INTERNAL)
+    wire = S.raw_wire([*outer, slit, slit.Reversed(), embedded, beyond])
     model = load(S.raw_face(PLANE, wire))
     assert model.faces[0].region.area == 16.0
-    assert len(model.edges) == 4
-    assert any("(0.5, 0.5, 0)" in n and "both ways" in n for n in model.notes)
-    assert any("(2.5, 2.5, 0)" in n and "inside the face" in n for n in model.notes)
+    assert len(model.edges) == 6 and len(model.faces[0].region.edges) == 4
+    ends = sorted(curve.point([0.0, 1.0]).tolist() for curve, _ in model.faces[0].inner)
+    assert ends == [[[0.0, 0.0], [1.0, 1.0]], [[2.0, 2.0], [3.0, 3.0]]]
+    assert any("(5.5, 5.5, 0)" in n and "left out" in n for n in model.notes)
 
 
 def test_a_bridge_from_outline_to_hole_is_taken_out():

@@ -116,7 +116,6 @@ class _Builder:
         if plane is None:
             return SkippedFace(index, surface_name(face), "not planar", name)
         outline = face_outline(face, self.table, VERTEX_GAP * self.diagonal)
-        self._note_left_out(index, outline)
         if not outline.chains:
             raise GeometryError("a face without an outline")
         used = [self.table[c.edge] for chain in outline.chains for c in chain]
@@ -128,7 +127,27 @@ class _Builder:
         tolerance = float(occ.tolerance(face))
         simple = all(e.curve.kind in ("line", "circle") for e in used)
         area = None if turned else _area(face, simple)  # the kernel adds holes that run the wrong way
-        return Face(index, region, frame, name, area, tolerance)
+        inner = self._inner(index, outline, frame, region)
+        return Face(index, region, frame, name, area, tolerance, inner)
+
+    def _inner(self, face: int, outline: Outline, frame: Frame, region: Region) -> tuple[tuple[Curve, int], ...]:
+        """Edges within the face that bound nothing, as the mesh follows them; others are told in a remark."""
+        bounding = {c.edge for chain in outline.chains for c in chain}
+        left_out = set(outline.outside)
+        found: dict[int, Curve] = {}
+        corners: dict[int, Float] = {}
+        for index in (*outline.embedded, *outline.doubled):
+            edge = self.table[index]
+            within = index not in bounding and edge.vertices[0] != edge.vertices[1]
+            if within and edge.curve.leaves(frame) <= FLAT * self.diagonal + edge.tolerance:
+                curve = self._flattened(index, frame, corners)
+                if region.contains(curve.point(np.linspace(0.05, 0.95, 7))).all():
+                    self._register(index)
+                    found[index] = curve
+                    continue
+            left_out.add(index)
+        self._note_left_out(face, sorted(left_out))
+        return tuple((curve, index) for index, curve in found.items())
 
     def _region(self, outline: Outline, frame: Frame, label: str) -> tuple[Region, list[tuple[int, Float]]]:
         """The region, and an edge and a point of each hole that turned the same way as the outer loop."""
@@ -163,9 +182,12 @@ class _Builder:
         return Loop.closed(curves, reach, [c.edge for c in chain], [c.forward for c in chain])
 
     def _curve(self, index: int, frame: Frame, corners: dict[int, Float]) -> Curve:
-        """The edge in the plane, from vertex to vertex."""
-        edge = self.table[index]
+        """The edge in the plane, from vertex to vertex, and entered into the model."""
         self._register(index)
+        return self._flattened(index, frame, corners)
+
+    def _flattened(self, index: int, frame: Frame, corners: dict[int, Float]) -> Curve:
+        edge = self.table[index]
         places = []
         for vertex, end in zip(edge.vertices, edge.ends, strict=True):
             if vertex >= 0 and vertex not in corners:
@@ -198,13 +220,10 @@ class _Builder:
                 f"edge {index} ({edge.curve.kind} curve) is approximated within {edge.curve.conversion:.3g}"
             )
 
-    def _note_left_out(self, face: int, outline: Outline) -> None:
-        for edges, why in (
-            (outline.embedded, "lies inside the face and is left out"),
-            (outline.doubled, "is run through both ways (slit or bridge) and is left out"),
-        ):
-            for index in edges:
-                self.notes.append(f"face {face}: edge {index} at {_words(self.table[index].ends.mean(axis=0))} {why}")
+    def _note_left_out(self, face: int, edges: list[int]) -> None:
+        for index in edges:
+            at = _words(self.table[index].ends.mean(axis=0))
+            self.notes.append(f"face {face}: edge {index} at {at} lies in the face and bounds nothing; it is left out")
 
     def _note_off_plane(self, face: int, used: list[Any], frame: Frame) -> None:
         distances = [e.curve.leaves(frame) for e in used]

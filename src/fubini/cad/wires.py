@@ -29,13 +29,14 @@ class Coedge:
 class Outline:
     """Closed chains of a face, and the edges left out of them.
 
-    ``embedded``: edges marked INTERNAL or EXTERNAL. ``doubled``: edges that the face runs through once
-    each way (slits, and bridges from a hole to the outline), which bound nothing.
+    ``embedded``: edges marked INTERNAL. ``outside``: edges marked EXTERNAL. ``doubled``: edges that the
+    face runs through once each way (slits, and bridges from a hole to the outline), which bound nothing.
     """
 
     chains: tuple[tuple[Coedge, ...], ...]
     embedded: tuple[int, ...]
     doubled: tuple[int, ...]
+    outside: tuple[int, ...] = ()
 
 
 def face_outline(face: Any, table: EdgeTable, reach: float) -> Outline:
@@ -44,17 +45,18 @@ def face_outline(face: Any, table: EdgeTable, reach: float) -> Outline:
     Consecutive edges meet in a vertex, or come within ``reach`` (model units) or the tolerance of
     the edges. Raises ``GeometryError`` with both loose ends where a chain stays open.
     """
-    wires, embedded = [], []
+    wires, embedded, outside = [], [], []
     for wire in occ.explore(face, occ.WIRE):
-        coedges, inner = _coedges(wire, table)
+        coedges, inner, outer = _coedges(wire, table)
         wires.append((wire, coedges))
         embedded += inner
+        outside += outer
     doubled = _doubled(c for _, coedges in wires for c in coedges)
     chains: list[tuple[Coedge, ...]] = []
     for wire, coedges in wires:
         kept = [c for c in coedges if c.edge not in doubled]
         chains += _in_order(kept, wire, face, table, reach)
-    return Outline(tuple(chains), tuple(embedded), tuple(sorted(doubled)))
+    return Outline(tuple(chains), tuple(dict.fromkeys(embedded)), tuple(sorted(doubled)), tuple(outside))
 
 
 def chain_up(coedges: list[Coedge], table: EdgeTable, reach: float) -> list[tuple[Coedge, ...]]:
@@ -76,20 +78,22 @@ def chain_up(coedges: list[Coedge], table: EdgeTable, reach: float) -> list[tupl
     return chains
 
 
-def _coedges(wire: Any, table: EdgeTable) -> tuple[list[Coedge], list[int]]:
-    """Edges of a wire as stored, those of no extent dropped; and the embedded ones."""
-    found, embedded = [], []
+def _coedges(wire: Any, table: EdgeTable) -> tuple[list[Coedge], list[int], list[int]]:
+    """Edges of a wire as stored, those of no extent dropped; and the numbers of internal and external ones."""
+    found: list[Coedge] = []
+    embedded: list[int] = []
+    outside: list[int] = []
     for edge in occ.children(wire):
         index = table.index(edge)
         if table.degenerated(index):
             continue
         if edge.Orientation() in (Orientation.TopAbs_INTERNAL, Orientation.TopAbs_EXTERNAL):
-            embedded.append(index)
+            (embedded if edge.Orientation() == Orientation.TopAbs_INTERNAL else outside).append(index)
             continue
         forward = edge.Orientation() != Orientation.TopAbs_REVERSED
         first, last = table[index].vertices
         found.append(Coedge(index, forward, *((first, last) if forward else (last, first))))
-    return found, embedded
+    return found, embedded, outside
 
 
 def _doubled(coedges: Any) -> set[int]:

@@ -107,6 +107,8 @@ def mesh(
         raise OptionError(f"order is {order!r}", fix="use 1 or 2")
     clock = _Clock()
     model = select_faces(load(source, imprint=imprint, sew=sew), faces, select)
+    if checked.pattern != "auto":
+        model = without_inner_edges(model, checked.pattern)
     wanted = resolve_names(model, names)
     clock.lap("load")
     length = min(checked.size, model.diagonal) if checked.size is not None else pick_size(model)
@@ -188,14 +190,24 @@ def select_faces(model: Model, faces: Iterable[int] | None, name: str | None) ->
     )
 
 
+def without_inner_edges(model: Model, pattern: str) -> Model:
+    """The model with outlines alone: the paper's sets know nothing of edges inside a face."""
+    count = sum(len(face.inner) for face in model.faces)
+    if not count:
+        return model
+    note = f"pattern {pattern}: {count} edges inside faces are not followed"
+    faces = tuple(replace(face, inner=()) for face in model.faces)
+    return replace(model, faces=faces, notes=(*model.notes, note))
+
+
 def outline_faces(model: Model) -> tuple[list[Outline], NDArray[np.int64], NDArray[np.int64]]:
     """Outlines of all faces, CAD indices of their edges by running number, and vertex numbers (e, 2)."""
-    used = sorted({edge for face in model.faces for loop in face.region.loops for edge in loop.edges})
+    used = sorted({edge for face in model.faces for edge in (*face.region.edges, *(e for _, e in face.inner))})
     number = {edge: i for i, edge in enumerate(used)}
     outlines = []
     for face in model.faces:
         try:
-            outlines.append(Outline.of(face.region, number.__getitem__))
+            outlines.append(Outline.of(face.region, number.__getitem__, face.inner))
         except FubiniError as error:
             error.file, error.face = error.file or model.source, face.index
             raise

@@ -9,7 +9,7 @@ segment of the same length, so that the one triangle there is isosceles.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -21,7 +21,7 @@ from fubini.region import Region
 from fubini.sampling import _kernels_boundary as kernels
 from fubini.tracks import TrackBuilder, Tracks, evaluate, rounded
 from fubini.triangulation.constrained import constrained_delaunay
-from fubini.triangulation.value import Boundary, Triangulation
+from fubini.triangulation.value import CORNER, FROZEN, LOCKED, Boundary, Triangulation
 
 Float = NDArray[np.float64]
 
@@ -72,7 +72,8 @@ class Outline:
     file) get the same mesh; positions come from the exact ones. Track j is curve j in the direction
     of its edge. ``edges`` (c,) numbers the model's edges, ``forward`` (c,) tells whether the loop runs
     along the edge, ``angles`` (c,) holds the interior angle in degrees at the start of curve j, and
-    ``loop_first`` (l + 1,) delimits the loops.
+    ``loop_first`` (l + 1,) delimits the loops. Edges inside the face follow the outline: each is a loop of
+    two curves, there and back, from curve ``inner`` on.
     """
 
     tracks: Tracks
@@ -81,15 +82,25 @@ class Outline:
     edges: NDArray[np.int64]
     forward: NDArray[np.bool_]
     angles: Float
+    inner: int
 
     @classmethod
-    def of(cls, region: Region, edge_number: Callable[[int], int]) -> Outline:
-        """Outline of a region; ``edge_number`` turns its edge ids into running numbers."""
+    def of(
+        cls, region: Region, edge_number: Callable[[int], int], inner: Iterable[tuple[Curve, int]] = ()
+    ) -> Outline:
+        """Outline of a region; ``edge_number`` turns its edge ids, and those of ``inner`` edges, into numbers."""
         builder = TrackBuilder()
         edges, forward, first = [], [], [0]
         for loop in region.loops:
             for curve, edge, along in zip(loop.curves, loop.edges, loop.forward, strict=True):
                 track(builder, curve if along else curve.reverse())
+                edges.append(edge_number(edge))
+                forward.append(along)
+            first.append(len(edges))
+        bounding = len(edges)
+        for curve, edge in inner:
+            for along in (True, False):
+                track(builder, curve)
                 edges.append(edge_number(edge))
                 forward.append(along)
             first.append(len(edges))
@@ -99,7 +110,7 @@ class Outline:
         exact = builder.build()
         coarse = rounded(exact, region.diagonal, GRID_BITS)
         return cls(
-            coarse, exact, np.array(first), np.array(edges, np.int64), np.array(forward), np.round(angles, 6)
+            coarse, exact, np.array(first), np.array(edges, np.int64), np.array(forward), np.round(angles, 6), bounding
         )
 
 
@@ -274,7 +285,8 @@ class BoundarySizing:
             nodes.first, nodes.t, points, kind, angle, segments, tracks, params, mode,
         )  # fmt: skip
         kernels.node_sizes(points, segments, angle, SHARP, self.options.size, size)
-        return Boundary(points, kind, size, angle, segments, tracks, params, mode)
+        whole = Boundary(points, kind, size, angle, segments, tracks, params, mode)
+        return whole if outline.inner == len(outline.edges) else welded(whole, outline.inner)
 
     def _look_across(self, face: int, nodes: EdgeNodes, last: bool) -> set[int]:
         """Triangulate the boundary of one face alone and lower sizes where it sees gaps."""
@@ -287,7 +299,7 @@ class BoundarySizing:
                 edge = int(self.outlines[face].edges[boundary.track[k]])
                 raise GeometryError("the boundary crosses or touches itself", face=face, edge=edge, at=at)
             return self._untangle(face, boundary, seen)
-        want, foot, foot_want = (np.empty(len(boundary.points)) for _ in range(3))
+        want, foot, foot_want = (np.empty(len(x)) for x in (boundary.points, boundary.track, boundary.track))
         kernels.gap_sizes(
             boundary.points, np.array(seen.triangles), np.array(seen.neighbours), boundary.size,
             boundary.angle < SHARP, self.options.gradient, self.options.gap, want, foot, foot_want,
@@ -427,6 +439,29 @@ def loop_pairs(loop_first: NDArray[np.int64]) -> list[tuple[int, int]]:
     for a, b in itertools.pairwise(loop_first):
         pairs += [(c, c - 1 if c > a else int(b) - 1) for c in range(int(a), int(b))]
     return pairs
+
+
+def welded(boundary: Boundary, inner: int) -> Boundary:
+    """One node for all that lie in one place, where segments from track ``inner`` on run inside the region.
+
+    Both sides of such a segment must keep the same nodes, so these are fixed.
+    """
+    inside = boundary.track >= inner
+    touched = np.zeros(len(boundary.points), bool)
+    touched[boundary.segments[inside]] = True
+    _, first, number = np.unique(boundary.points, axis=0, return_index=True, return_inverse=True)
+    number = first[number.ravel()]  # the earliest of those in one place: the outline comes first
+    kept = np.flatnonzero((number == np.arange(len(number))) | ~touched)
+    number = np.where(touched, number, np.arange(len(number)))
+    size = boundary.size.copy()
+    np.minimum.at(size, number, boundary.size)
+    kind = np.where(touched & (boundary.kind != CORNER), FROZEN, boundary.kind).astype(np.uint8)
+    renumber = np.full(len(number), -1, np.int32)
+    renumber[kept] = np.arange(len(kept), dtype=np.int32)
+    return Boundary(
+        boundary.points[kept], kind[kept], size[kept], boundary.angle[kept], renumber[number[boundary.segments]],
+        boundary.track, boundary.t, np.where(inside, LOCKED, boundary.mode).astype(np.uint8),
+    )  # fmt: skip
 
 
 def chord_sags(tracks: Tracks, boundary: Boundary) -> Float:
