@@ -175,3 +175,13 @@ def test_the_mesh_keeps_its_size():
     outcome = optimise(spoiled(start, 2, 0.02), tracks)
     assert abs(len(outcome.triangulation.triangles) / len(start.triangles) - 1.0) < 0.1
     assert (outcome.triangulation.boundary.kind != INTERIOR).all()
+
+
+@pytest.mark.parametrize("degrees", [24.31, 24.35, 24.5, 24.8, 25.5])
+def test_corners_only_just_avoidable_are_filled_by_a_valid_triangle(degrees):
+    """The best triangle there has less margin than the moves ask for elsewhere: it must be kept, not traded away."""
+    start, tracks = meshed(wedge(degrees), 0.12)
+    bad = spoiled(start, 1, 0.02)
+    outcome = optimise(bad, tracks)
+    certify(outcome, bad, tracks)
+    assert outcome.excess == 0 and outcome.flawed_after == 0

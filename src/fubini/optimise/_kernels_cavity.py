@@ -155,7 +155,7 @@ def place_polygon(S, W, k):
         W.px[z] = S.points[v, 0] - ox
         W.py[z] = S.points[v, 1] - oy
         before = W.code[z - 1] if z > 0 else W.code[k - 1]
-        W.ear[z] = 1 if S.sharp[v] == 1 and W.code[z] < 0 and before < 0 else 0
+        W.ear[z] = S.sharp[v] if W.code[z] < 0 and before < 0 else 0
 
 
 @inner

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from fubini._jit import inner
-from fubini.optimise._kernels_quality import cost_of, ear_cost, quality
+from fubini.optimise._kernels_quality import cost_of, filled_corner_cost, quality
 from fubini.optimise._kernels_state import STRETCH
 
 #: fills that ``choose_fill`` may take
@@ -16,12 +16,12 @@ PROGRAMME, POINT, EITHER = 1, 2, 3
 def corner_cost(S, W, k, a, b, c):
     """Cost of the triangle of polygon corners a < b < c."""
     px, py = W.px, W.py
-    if W.ear[b] == 1 and b - a == 1 and c - b == 1:
-        return ear_cost(px[b], py[b], px[c], py[c], px[a], py[a])
-    if W.ear[a] == 1 and b - a == 1 and c - a == k - 1:
-        return ear_cost(px[a], py[a], px[b], py[b], px[c], py[c])
-    if W.ear[c] == 1 and c - b == 1 and c - a == k - 1:
-        return ear_cost(px[c], py[c], px[a], py[a], px[b], py[b])
+    if W.ear[b] > 0 and b - a == 1 and c - b == 1:
+        return filled_corner_cost(W.ear[b], px[b], py[b], px[c], py[c], px[a], py[a], S.rule)
+    if W.ear[a] > 0 and b - a == 1 and c - a == k - 1:
+        return filled_corner_cost(W.ear[a], px[a], py[a], px[b], py[b], px[c], py[c], S.rule)
+    if W.ear[c] > 0 and c - b == 1 and c - a == k - 1:
+        return filled_corner_cost(W.ear[c], px[c], py[c], px[a], py[a], px[b], py[b], S.rule)
     return cost_of(quality(px[a], py[a], px[b], py[b], px[c], py[c], S.rule), S.rule)
 
 
@@ -170,7 +170,7 @@ def choose_fill(S, W, k, mode, bound):
         u, v, low = best_point(W.px, W.py, k, 0.6, S.rule)
         c = star_cost(W.px, W.py, k, u, v, S.rule)
         for z in range(k):
-            c += 2.0 * W.ear[z]
+            c += 2.0 if W.ear[z] == 1 else 0.0
         if c < bound and c < cost:
             cost, n, x, y = c, k, u, v
             for z in range(k):

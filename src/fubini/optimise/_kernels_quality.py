@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 
 from fubini._jit import inner, kernel
-from fubini.optimise._kernels_state import AR, FLOOR, SOFT, WEIGHT
+from fubini.optimise._kernels_state import AR, FLOOR, SOFT, WAIVED, WEIGHT
 
 INVERTED = 1000.0
 BELOW_FLOOR = 50.0
@@ -71,11 +71,22 @@ def ear_cost(ax, ay, bx, by, cx, cy):
 
 @inner
 def covers_corner(S, t):
-    """Local corner at which triangle t alone fills an unavoidable corner of the region, or -1."""
+    """Local corner at which triangle t alone fills a sharp corner of the region, or -1."""
     for i in range(3):
-        if S.sharp[S.tri[t, i]] == 1 and S.nbr[t, (i + 1) % 3] < 0 and S.nbr[t, (i + 2) % 3] < 0:
+        if S.sharp[S.tri[t, i]] > 0 and S.nbr[t, (i + 1) % 3] < 0 and S.nbr[t, (i + 2) % 3] < 0:
             return i
     return -1
+
+
+@inner
+def filled_corner_cost(mark, ax, ay, bx, by, cx, cy, rule):
+    """Cost of the triangle that alone fills the sharp corner a, marked 1 where unavoidable.
+
+    Where the corner is only just avoidable no triangle has the margin of the soft bound: it is waived here.
+    """
+    if mark == 1:
+        return ear_cost(ax, ay, bx, by, cx, cy)
+    return cost_of(quality(ax, ay, bx, by, cx, cy, rule) + rule[WAIVED], rule)
 
 
 @inner
@@ -94,13 +105,19 @@ def triangle_cost(S, t):
         return cost_of(triangle_quality(S, t), S.rule)
     a, b, c = S.tri[t, i], S.tri[t, (i + 1) % 3], S.tri[t, (i + 2) % 3]
     p = S.points
-    return ear_cost(p[a, 0], p[a, 1], p[b, 0], p[b, 1], p[c, 0], p[c, 1])
+    return filled_corner_cost(S.sharp[a], p[a, 0], p[a, 1], p[b, 0], p[b, 1], p[c, 0], p[c, 1], S.rule)
 
 
 @inner
 def is_flawed(S, t):
     """Whether triangle t is to be mended: below the soft bound and not the one of an unavoidable corner."""
-    return triangle_quality(S, t) < S.rule[SOFT] and covers_corner(S, t) < 0
+    f = triangle_quality(S, t)
+    if f >= S.rule[SOFT]:
+        return False
+    i = covers_corner(S, t)
+    if i < 0:
+        return True
+    return S.sharp[S.tri[t, i]] != 1 and f + S.rule[WAIVED] < S.rule[SOFT]
 
 
 @kernel

@@ -7,7 +7,7 @@ import math
 from fubini._jit import inner
 from fubini.optimise._kernels_cavity import enqueue, local, star
 from fubini.optimise._kernels_fill import best_point, climb, lowest, star_cost
-from fubini.optimise._kernels_quality import cost_of, ear_cost, quality
+from fubini.optimise._kernels_quality import cost_of, filled_corner_cost, quality
 from fubini.optimise._kernels_region import region_point
 from fubini.optimise._kernels_state import RELOCATION, SLIDE, SOFT
 from fubini.tracks._kernels import evaluate_one
@@ -103,14 +103,17 @@ def relocate(S, W, v, fall, soft):
 
 @inner
 def fan_cost(W, k, x, y, first, last, rule):
-    """Cost of the open fan from (x, y); ``first``, ``last``: its end triangles cover unavoidable corners."""
+    """Cost of the open fan from (x, y).
+
+    first, last : marks of the sharp corners that its end triangles fill alone, or 0.
+    """
     total = 0.0
     rx, ry = W.rx, W.ry
     for i in range(k):
-        if i == 0 and first:
-            total += ear_cost(rx[0], ry[0], rx[1], ry[1], x, y)
-        elif i == k - 1 and last:
-            total += ear_cost(rx[k], ry[k], x, y, rx[k - 1], ry[k - 1])
+        if i == 0 and first > 0:
+            total += filled_corner_cost(first, rx[0], ry[0], rx[1], ry[1], x, y, rule)
+        elif i == k - 1 and last > 0:
+            total += filled_corner_cost(last, rx[k], ry[k], x, y, rx[k - 1], ry[k - 1], rule)
         else:
             total += cost_of(quality(rx[i], ry[i], rx[i + 1], ry[i + 1], x, y, rule), rule)
     return total
@@ -128,8 +131,8 @@ def slide(S, W, v, fall):
     if S.track[s] < 0 or S.track[s] != S.track[r] or S.mode[s] != 0 or S.mode[r] != 0 or S.t[s, 1] != S.t[r, 0]:
         return False
     load_ring(S, W, v, k, closed)
-    first = S.sharp[W.ring[0]] == 1 and S.nbr[head, i] < 0
-    last = S.sharp[W.ring[k]] == 1 and S.nbr[tail, j] < 0
+    first = S.sharp[W.ring[0]] if S.nbr[head, i] < 0 else 0
+    last = S.sharp[W.ring[k]] if S.nbr[tail, j] < 0 else 0
     track = int(S.track[s])
     ta, t, tb = S.t[s, 0], S.t[s, 1], S.t[r, 1]
     ox, oy = S.points[v, 0], S.points[v, 1]

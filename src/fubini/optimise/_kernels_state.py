@@ -30,7 +30,7 @@ MOVES = (
 RELOCATION, SLIDE, FLIP, INSERTION, DELETION, SPLIT, REMOVAL, COLLAPSE, PATCH, KICK, REFINEMENT = range(16, 27)
 
 # entries of State.rule
-SOFT, HARD, AR, WEIGHT, SAG, STRETCH, FLOOR = 0, 1, 2, 3, 4, 5, 6
+SOFT, HARD, AR, WEIGHT, SAG, STRETCH, FLOOR, WAIVED = 0, 1, 2, 3, 4, 5, 6, 7
 
 REMOVED = 255
 #: largest polygon of a cavity; larger ones are refused
@@ -81,7 +81,7 @@ class Work(NamedTuple):
     """Scratch space of the primitive; all integers int64.
 
     cavity, fan : triangles. poly, code, px, py, ear : polygon of the cavity: nodes, what lies across the
-    edge to the next node, coordinates relative to node 0, 1 where the node is an unavoidable corner between two
+    edge to the next node, coordinates relative to node 0, mark of a sharp corner between two
     segments. ring, rx, ry : nodes around a node. best, cut (LIMIT, LIMIT) : dynamic programme.
     fill (2 LIMIT, 3) : local corners of the new triangles. ea, eb, ec : loose edges. inner : nodes that go.
     circles (6 LIMIT, 4) : constraints of the valid region.

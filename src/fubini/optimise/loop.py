@@ -103,6 +103,8 @@ def optimise(triangulation: Triangulation, tracks: Tracks, options: OptimiseOpti
         state = run(fill_queue(state, soft), scratch)
     if goals:
         state = improve(state, scratch, low, goals, options)
+    if not state.counts[FIRST_MOVE:].any():
+        return judge(triangulation, (), state, options, before)
     result, splits = read_state(state, triangulation)
     return judge(result, splits, state, options, before)
 

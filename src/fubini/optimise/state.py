@@ -21,6 +21,7 @@ from fubini.optimise._kernels_state import (
     SOFT,
     STRETCH,
     TRIANGLES,
+    WAIVED,
     WEIGHT,
     State,
 )
@@ -44,6 +45,7 @@ def rule_of(options: OptimiseOptions) -> NDArray[np.float64]:
     rule[SOFT] = hard + MARGIN
     rule[WEIGHT] = 1.0 / (1.0 - rule[SOFT])
     rule[FLOOR] = -2.0
+    rule[WAIVED] = 0.95 * MARGIN
     if options.max_aspect_ratio <= implied_aspect_ratio(options.min_skew):
         # the scale of f is steeper in the aspect ratio: a margin of its own
         rule[AR] = 1.0 + (options.max_aspect_ratio - 1.0) * (1.0 - MARGIN)
