@@ -355,6 +355,8 @@ class BoundarySizing:
         share = foot * boundary.size[b] + (1.0 - foot) * boundary.size[a]
         low |= foot_want < threshold * share
         changed = self._shorten_legs(outline, boundary, want)
+        want = np.where(want < 0.999 * boundary.size, want, np.inf)
+        foot_want = np.where(foot_want < 0.999 * share, foot_want, np.inf)
         t0, t1 = boundary.t.T
         for j in np.unique(boundary.track[low]):
             of = boundary.track == j
@@ -365,18 +367,22 @@ class BoundarySizing:
         return changed
 
     def _lower_edge(self, e: int, at: Float, asked: Float) -> bool:
-        """Lower the table of one edge to sizes ``asked`` at parameters ``at``; whether it changed."""
+        """Lower the table of one edge to sizes ``asked`` at parameters ``at``; whether it changed.
+
+        Infinite sizes ask for nothing: they keep what is asked elsewhere from spreading.
+        """
         t, s, h = self._samples[e]
         node, where = np.unique(at, return_inverse=True)
         value = np.full(len(node), np.inf)
         np.minimum.at(value, where, asked)
-        known = np.isfinite(value)
+        free = np.isinf(value)
+        value[free] = np.interp(np.interp(node[free], t, s), s, h)
         t_new = np.union1d(t, node)
         s_new = np.interp(t_new, t, s)
         keep = np.concatenate([[True], np.diff(s_new) > 1e-14 * s[-1]])
         t_new, s_new = t_new[keep], s_new[keep]
         h_old = np.interp(s_new, s, h)
-        h_new = np.minimum(h_old, np.interp(t_new, node[known], value[known]))
+        h_new = np.minimum(h_old, np.interp(t_new, node, value))
         if not (h_new < 0.999 * h_old).any():
             return False
         self._samples[e] = (t_new, s_new, h_new)

@@ -1,0 +1,69 @@
+"""Seeded slices of the generators of random regions: every one is certified."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import random_regions
+import regions
+
+import fubini
+from fubini.sampling.boundary import crossed
+
+KEYS = [(s, (10, 25, 50, 15)[s % 4]) for s in [*range(40), 103]]
+
+
+def certified(region, size, **options):
+    mesh = fubini.mesh(regions.model_of(region), size, **options)
+    c = mesh.certificate
+    assert c.certified, [f.reasons for f in c.faces]
+    assert c.flawed <= c.unavoidable
+    ends = mesh.points[mesh.triangles]
+    assert np.linalg.norm(ends - np.roll(ends, 1, axis=1), axis=2).max() < 1.75 * size
+    return mesh
+
+
+@pytest.mark.parametrize(("seed", "share"), KEYS)
+def test_random_outlines_of_lines_arcs_and_splines_are_certified(seed, share):
+    region = random_regions.random_region(seed)
+    certified(region, region.diagonal / share)
+
+
+@pytest.mark.parametrize("seed", range(1000, 1030))
+def test_more_random_polygons_are_certified(seed):
+    region = regions.random_polygon(seed)
+    certified(region, region.diagonal / (10, 30, 60)[seed % 3])
+
+
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("bound", [50.0, 55.0])
+def test_higher_bounds_are_certified_on_random_polygons(seed, bound):
+    region = regions.random_polygon(seed)
+    certified(region, region.diagonal / 20.0, min_skew=bound)
+
+
+@pytest.mark.parametrize("scale", [1e-6, 1e-3, 1e3, 1e6])
+def test_random_outlines_of_any_scale_far_away_are_certified(scale):
+    region = regions.random_polygon(2).transform(np.eye(2) * scale, (1e6 * scale, -7e5 * scale))
+    certified(region, region.diagonal / 20.0)
+
+
+@pytest.mark.parametrize("family", ["DejaVu Sans", "DejaVu Serif", "DejaVu Sans Mono"])
+def test_letters_are_certified(family):
+    pytest.importorskip("matplotlib")
+    for character in "Agkmx468":
+        for region in random_regions.glyph(character, family):
+            certified(region, region.diagonal / 15.0)
+
+
+def test_chords_of_a_hole_beside_a_coarse_arc_are_untangled():
+    # a hole so near the outline that the coarse chord of the outline cuts through it
+    arc = regions.CircularArc((0.0, 0.0), 1.0, -np.pi / 2, np.pi / 2)
+    half = regions.Loop.closed((arc, regions.Line((0.0, 1.0), (0.0, -1.0))), 1e-9)
+    region = regions.Region.from_loops([half, regions.circle(0.9 * np.cos(0.2), 0.9 * np.sin(0.2), 0.0995)])
+    certified(region, 0.8)
+
+
+def test_crossing_segments_are_found_but_not_joined_ones():
+    ends = np.array([[[0, 0], [2, 0]], [[2, 0], [3, 1]], [[1, -1], [1, 1]], [[5, -1], [5, 1]], [[0.5, 0], [0.5, 1]]], float)
+    assert crossed(ends, 0).tolist() == [False, False, True, False, True]
