@@ -86,6 +86,8 @@ def curve_midpoints(mesh: Mesh) -> tuple[Float, NDArray[np.bool_]]:
         for loop in face.region.loops:
             for curve, edge, forward in zip(loop.curves, loop.edges, loop.forward, strict=True):
                 uses.setdefault(edge, []).append((face.frame, curve if forward else curve.reverse()))
+        for curve, edge in face.inner:
+            uses.setdefault(edge, []).append((face.frame, curve))
     middle = mesh.points[mesh.segments].mean(axis=1)
     curved = np.zeros(len(middle), bool)
     order = np.argsort(mesh.edge_of_segment, kind="stable")

@@ -81,7 +81,8 @@ def name_parts(parts: Parts, wanted: Mapping[str, Selection | Predicate] | None 
 
     The user's names (``wanted``) come first and may overlap; a name of the source stands on what they
     leave; the rest is named automatically: ``face_<index>`` for regions, ``outer`` and ``hole_1``, ...
-    for segments with a triangle on one side only, ``A|B`` between regions A and B.
+    for segments with a triangle on one side only, ``A|B`` between regions A and B, ``edge_<index>`` for
+    edges inside a face.
 
     A predicate ``p(x, y, z) -> bool`` (arrays) names the faces all of whose nodes satisfy it; where
     there is none, the segments both of whose ends do; else the points that do.
@@ -203,7 +204,7 @@ def _name_faces(regions: dict[str, list[Int]], owner: Int) -> None:
 
 
 def _name_segments(boundaries: dict[str, list[Int]], regions: dict[str, list[Int]], parts: Parts) -> None:
-    """``outer``, holes and interfaces."""
+    """``outer``, holes, interfaces and edges inside a face."""
     segment, triangle, side = segment_sides(parts.triangles, parts.segments)
     sides = np.bincount(segment, minlength=len(parts.segments))
     free = _free(boundaries, len(parts.segments))
@@ -217,8 +218,11 @@ def _name_segments(boundaries: dict[str, list[Int]], regions: dict[str, list[Int
     several = free & (sides > 1)
     start = np.searchsorted(segment, np.arange(len(parts.segments) + 1))
     for s in np.flatnonzero(several).tolist():
-        beside = np.unique(owner[triangle[start[s] : start[s + 1]]]).tolist()
-        if len(beside) > 1:
+        around = triangle[start[s] : start[s + 1]]
+        beside = np.unique(owner[around]).tolist()
+        if len(beside) == 1 and len(np.unique(parts.face_of_triangle[around])) == 1:
+            found.setdefault(f"edge_{parts.edge_of_segment[s]}", []).append(np.array([s], np.int32))
+        elif len(beside) > 1:
             parted = dict.fromkeys(part for k in beside for part in names[k].split("|"))
             found.setdefault("|".join(parted), []).append(np.array([s], np.int32))
     for base, more in found.items():

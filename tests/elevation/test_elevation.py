@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import numpy as np
@@ -193,3 +194,28 @@ def test_refusals():
         mesh.elevate().elevate(1)
     with pytest.raises(InputError, match="where its segments lie"):
         curve_midpoints(square(2))
+
+
+def test_edges_inside_a_face_are_followed():
+    bd = pytest.importorskip("build123d")
+    from fubini.curves import CircularArc
+    from fubini.model import Edge
+
+    model = fubini.load(bd.Rectangle(4, 4).face())
+    face = model.faces[0]
+    arc = CircularArc((0.0, 0.0), 1.0, 0.3, 2.5)
+    ends = face.frame.to_space([arc.start, arc.end])
+    model = dataclasses.replace(
+        model,
+        faces=(dataclasses.replace(face, inner=((arc, 4),)),),
+        edges=model.edges | {4: Edge(4, "circle", 4, 5)},
+        vertices=model.vertices | {4: ends[0], 5: ends[1]},
+    )
+    mesh = fubini.mesh(model, 0.5, order=2)
+    assert mesh.certificate.certified
+    assert list(mesh.boundaries) == ["outer", "edge_4"]
+    rows = mesh.boundaries["edge_4"]
+    assert (mesh.edge_of_segment[rows] == 4).all()
+    middle = face.frame.to_plane(mesh.points[mesh.segment_midsides[rows]])
+    np.testing.assert_allclose(np.hypot(*middle.T), 1.0, rtol=1e-13)
+    assert np.isin(mesh.midsides, mesh.segment_midsides[rows]).sum() == 2 * len(rows)
