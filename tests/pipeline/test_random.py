@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-import random_regions
-import regions
 
 import fubini
+import random_regions
+import regions
 from fubini.sampling.boundary import crossed
 
 KEYS = [(s, (10, 25, 50, 15)[s % 4]) for s in [*range(40), 103]]
@@ -65,5 +65,24 @@ def test_chords_of_a_hole_beside_a_coarse_arc_are_untangled():
 
 
 def test_crossing_segments_are_found_but_not_joined_ones():
-    ends = np.array([[[0, 0], [2, 0]], [[2, 0], [3, 1]], [[1, -1], [1, 1]], [[5, -1], [5, 1]], [[0.5, 0], [0.5, 1]]], float)
+    rows = [[[0, 0], [2, 0]], [[2, 0], [3, 1]], [[1, -1], [1, 1]], [[5, -1], [5, 1]], [[0.5, 0], [0.5, 1]]]
+    ends = np.array(rows, float)
     assert crossed(ends, 0).tolist() == [False, False, True, False, True]
+
+
+@pytest.mark.parametrize("seed", [367, 432, 470, 547])
+def test_corners_that_barely_fit_a_triangle_keep_its_legs_equal(seed):
+    # corners of 24.4 degrees: only the isosceles triangle is valid, and the first attempt keeps it
+    region = regions.random_polygon(seed)
+    certified(region, region.diagonal / (20 if seed % 4 == 3 else 10), attempts=1, rounds=0)
+
+
+@pytest.mark.parametrize("degrees", [2, 8, 15, 22])
+def test_the_triangle_of_an_unavoidable_corner_is_near_the_best(degrees):
+    a = np.radians(degrees)
+    region = regions.polygon([(0, 0), (1, 0), (1.3 * np.cos(a), 1.3 * np.sin(a))])
+    mesh = certified(region, 0.1)
+    best = np.degrees(np.arctan2(2.0, 1 / np.tan(a) - np.tan(a / 2)))
+    at_corner = (mesh.triangles == np.flatnonzero((mesh.points == 0).all(1))[0]).any(axis=1)
+    assert at_corner.sum() == 1
+    assert mesh.quality["skewness"][at_corner][0] > 0.95 * best

@@ -11,10 +11,11 @@ from fubini.errors import OptionError
 from fubini.optimise import OptimiseOptions, OptimiseOutcome, optimise, refine
 from fubini.pipeline.options import MeshOptions, Progress
 from fubini.pipeline.pattern import PatternPoints, pattern_nodes
+from fubini.quality import corner_limit
 from fubini.sampling.boundary import BoundarySizing, EdgeNodes, Outline
 from fubini.sampling.interior import lattice_points
 from fubini.triangulation.constrained import constrained_delaunay
-from fubini.triangulation.value import LOCKED, Boundary
+from fubini.triangulation.value import CORNER, FROZEN, LOCKED, ON_CURVE, Boundary
 
 Float = NDArray[np.float64]
 
@@ -22,6 +23,8 @@ Float = NDArray[np.float64]
 SHIFTS = ((0.0, 0.0), (0.5, 0.3), (0.25, 0.65), (0.75, 0.1), (0.1, 0.85), (0.6, 0.55), (0.35, 0.4), (0.9, 0.7))
 #: With so many lattices tried, edges shared with other faces may be split.
 SPLIT_SHARED_FROM = 2
+#: Corners so little (degrees) above what one triangle can cover leave no choice for its legs.
+TIGHT = 3.0
 
 
 @dataclass(frozen=True)
@@ -38,6 +41,8 @@ def attempt(
     """Mesh one face with the points ``inside``, or with the lattice of this number where there are none given."""
     if number < SPLIT_SHARED_FROM:
         boundary = replace(boundary, mode=np.where(boundary.mode == 1, LOCKED, boundary.mode).astype(np.uint8))
+    if number % 2 == 0 and inside is None:
+        boundary = hold_legs(boundary, corner_limit(options.min_skew) + TIGHT)
     if inside is None:
         inner = lattice_points(boundary, size, options.gradient, SHIFTS[number % len(SHIFTS)])
         start = constrained_delaunay(np.concatenate([boundary.points, inner]), boundary)
@@ -48,6 +53,18 @@ def attempt(
         filled, outline.tracks,
         OptimiseOptions(min_skew=options.min_skew, max_aspect_ratio=options.max_aspect_ratio, growth=options.growth),
     )  # fmt: skip
+
+
+def hold_legs(boundary: Boundary, angle: float) -> Boundary:
+    """Keep the equal legs of corners below ``angle`` degrees as they are: any other triangle there is worse."""
+    a, b = boundary.segments.T
+    tight = (boundary.kind == CORNER) & (boundary.angle < angle)
+    legs = tight[a] | tight[b]
+    kind, mode = boundary.kind.copy(), boundary.mode.copy()
+    ends = np.unique(boundary.segments[legs])
+    kind[ends[kind[ends] == ON_CURVE]] = FROZEN
+    mode[legs] = LOCKED
+    return replace(boundary, kind=kind, mode=mode)
 
 
 class FaceMesher:
