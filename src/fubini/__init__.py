@@ -19,10 +19,10 @@ if TYPE_CHECKING:
     from fubini.cells import decompose, integrate
     from fubini.curves import fit_bezier
     from fubini.model import Model
-    from fubini.pipeline import load, mesh
+    from fubini.pipeline import load, mesh, remesh
     from fubini.result import Mesh
 
-__all__ = ["Mesh", "Model", "decompose", "fit_bezier", "integrate", "load", "mesh"]
+__all__ = ["Mesh", "Model", "decompose", "fit_bezier", "integrate", "load", "mesh", "remesh"]
 
 _HOME = {
     "Mesh": "fubini.result",
@@ -32,6 +32,7 @@ _HOME = {
     "integrate": "fubini.cells",
     "load": "fubini.pipeline",
     "mesh": "fubini.pipeline",
+    "remesh": "fubini.pipeline",
 }
 
 

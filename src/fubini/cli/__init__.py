@@ -1,4 +1,4 @@
-"""The command line: ``fubini mesh``, ``check``, ``cells`` and ``info``.
+"""The command line: ``fubini mesh``, ``remesh``, ``check``, ``cells`` and ``info``.
 
 Exit status: 0 certified (valid); 1 written, but not certified (not valid); 2 bad usage or input, nothing
 written; 3 an error that nobody foresaw; 130 interrupted.
@@ -13,6 +13,7 @@ from fubini.cli.check import check
 from fubini.cli.group import FubiniGroup
 from fubini.cli.info import info
 from fubini.cli.mesh import mesh
+from fubini.cli.remesh import remesh
 
 
 @click.group(cls=FubiniGroup, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
@@ -24,5 +25,5 @@ def main() -> None:
     """
 
 
-for command in (mesh, check, cells, info):
+for command in (mesh, remesh, check, cells, info):
     main.add_command(command)
