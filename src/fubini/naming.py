@@ -213,20 +213,45 @@ def _name_segments(boundaries: dict[str, list[Int]], regions: dict[str, list[Int
         left = rows[free[rows]]
         if len(left):
             found[base] = [left]
-    names = list(regions)
-    owner = primary(_joined(regions), len(parts.triangles))
-    several = free & (sides > 1)
-    start = np.searchsorted(segment, np.arange(len(parts.segments) + 1))
-    for s in np.flatnonzero(several).tolist():
-        around = triangle[start[s] : start[s + 1]]
-        beside = np.unique(owner[around]).tolist()
-        if len(beside) == 1 and len(np.unique(parts.face_of_triangle[around])) == 1:
-            found.setdefault(f"edge_{parts.edge_of_segment[s]}", []).append(np.array([s], np.int32))
-        elif len(beside) > 1:
-            parted = dict.fromkeys(part for k in beside for part in names[k].split("|"))
-            found.setdefault("|".join(parted), []).append(np.array([s], np.int32))
+    several = np.flatnonzero(free & (sides > 1))
+    for base, rows in _between(parts, list(regions), primary(_joined(regions), len(parts.triangles)), several):
+        found.setdefault(base, []).append(rows)
     for base, more in found.items():
         boundaries[_fresh(base, boundaries)] = more
+
+
+def _between(
+    parts: Parts, names: list[str], owner: NDArray[np.int64], segments: NDArray[np.intp]
+) -> list[tuple[str, Int]]:
+    """Names of segments with several triangles: the regions that meet there, or the edge inside one face.
+
+    Segments of the same regions, faces and edge are looked at once.
+    """
+    chosen = np.zeros(len(parts.segments), bool)
+    chosen[segments] = True
+    segment, triangle, _ = segment_sides(parts.triangles, parts.segments)
+    segment, triangle = segment[chosen[segment]], triangle[chosen[segment]]
+    if not len(segment):
+        return []
+    start = np.flatnonzero(np.diff(segment, prepend=-1))
+    faces = parts.face_of_triangle[triangle]
+    ends = [f(x, start) for x in (owner[triangle], faces) for f in (np.minimum.reduceat, np.maximum.reduceat)]
+    total = np.add.reduceat(owner[triangle], start)
+    keys = np.column_stack([parts.edge_of_segment[segment[start]], *ends, total, np.diff(start, append=len(segment))])
+    _, first, group = np.unique(keys, axis=0, return_index=True, return_inverse=True)
+    found = []
+    order = np.argsort(group.ravel(), kind="stable")
+    stops = np.cumsum(np.bincount(group.ravel()))
+    for k, rows in zip(first.tolist(), np.split(order, stops[:-1]), strict=True):
+        low, high = start[k], start[k + 1] if k + 1 < len(start) else len(segment)
+        beside = np.unique(owner[triangle[low:high]]).tolist()
+        members = segment[start[rows]].astype(np.int32)
+        if len(beside) > 1:
+            parted = dict.fromkeys(part for number in beside for part in names[number].split("|"))
+            found.append(("|".join(parted), members))
+        elif (faces[low:high] == faces[low]).all():
+            found.append((f"edge_{parts.edge_of_segment[members[0]]}", members))
+    return sorted(found, key=lambda item: int(item[1][0]))
 
 
 def _loops(parts: Parts, segment: Int, triangle: Int, side: Int) -> dict[str, Int]:
