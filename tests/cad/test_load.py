@@ -204,7 +204,7 @@ def test_a_lost_colour_is_only_a_remark(tmp_path):
     assert len(model.faces) == 6 and any("#9991" in n for n in model.notes)
 
 
-@pytest.mark.parametrize("value", [5, None, [], "", {}, object()], ids=repr)
+@pytest.mark.parametrize("value", [5, None, [], "", {}, object()], ids=lambda value: type(value).__name__)
 def test_things_that_are_no_source(value):
     with pytest.raises(FubiniError):
         load(value)
