@@ -18,8 +18,10 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.argument("source", metavar="IN", type=click.Path())
+@click.option("--imprint", is_flag=True, help="As the parts are once cut at each other; see mesh.")
+@click.option("--sew", type=float, metavar="T", help="As the faces are once sewn within this distance; see mesh.")
 @json_option
-def info(source: str, json_path: str | None) -> None:
+def info(source: str, json_path: str | None, **reading: Any) -> None:
     """List the faces of the CAD file IN with their edges, curve types, corners and names."""
     check_outputs(source, json_files(json_path))
     with stdout_to_stderr(json_path == "-"):
@@ -27,7 +29,7 @@ def info(source: str, json_path: str | None) -> None:
         from fubini.export import Transaction
         from fubini.report.figures import strict
 
-        data = strict(describe(fubini.load(source)))
+        data = strict(describe(fubini.load(source, **reading)))
         with Transaction() as files:
             write_json(data, json_path, files)
     click.echo(dump_json(data) if json_path == "-" else as_text(data) + "\n", nl=False)
