@@ -344,7 +344,10 @@ def _shape_reasons(
 
 def closes_up(triangles: Int, segments: Int, points: int) -> bool:
     """Whether every directed edge occurs once, and its reverse too but on the given boundary segments."""
-    sides = _directed(triangles, triangles[:, [1, 2, 0]], points).ravel()
+    sides = np.empty(triangles.size, np.int64)
+    for i in range(0, len(triangles), BLOCK):
+        part = triangles[i : i + BLOCK]
+        sides[3 * i : 3 * (i + len(part))] = _directed(part, part[:, [1, 2, 0]], points).ravel()
     sides.sort()
     if (sides[1:] == sides[:-1]).any():
         return False

@@ -11,9 +11,10 @@ from fubini.errors import OptionError
 from fubini.optimise import OptimiseOptions, OptimiseOutcome, optimise, refine
 from fubini.pipeline.options import MeshOptions, Progress
 from fubini.pipeline.pattern import PatternPoints, pattern_nodes
+from fubini.pipeline.strip import strip_boundary, with_core
 from fubini.quality import corner_limit
 from fubini.sampling.boundary import BoundarySizing, EdgeNodes, Outline
-from fubini.sampling.interior import lattice_points
+from fubini.sampling.interior import lattice_with_core
 from fubini.triangulation.constrained import constrained_delaunay
 from fubini.triangulation.value import CORNER, FROZEN, LOCKED, ON_CURVE, Boundary
 
@@ -25,6 +26,8 @@ SHIFTS = ((0.0, 0.0), (0.5, 0.3), (0.25, 0.65), (0.75, 0.1), (0.1, 0.85), (0.6, 
 SPLIT_SHARED_FROM = 2
 #: Corners so little (degrees) above what one triangle can cover leave no choice for its legs.
 TIGHT = 3.0
+#: Fewer triangles than this inside do not pay for a strip of their own.
+LEAST_CORE = 4000
 
 
 @dataclass(frozen=True)
@@ -43,16 +46,22 @@ def attempt(
         boundary = replace(boundary, mode=np.where(boundary.mode == 1, LOCKED, boundary.mode).astype(np.uint8))
     if number % 2 == 0 and inside is None:
         boundary = hold_legs(boundary, corner_limit(options.min_skew) + TIGHT)
-    if inside is None:
-        inner = lattice_points(boundary, size, options.gradient, SHIFTS[number % len(SHIFTS)])
-        start = constrained_delaunay(np.concatenate([boundary.points, inner]), boundary)
-        filled = refine(start, outline.tracks, size, options.gradient)
-    else:
-        filled = constrained_delaunay(np.concatenate([boundary.points, inside]), boundary)
-    return optimise(
-        filled, outline.tracks,
-        OptimiseOptions(min_skew=options.min_skew, max_aspect_ratio=options.max_aspect_ratio, growth=options.growth),
-    )  # fmt: skip
+    asked = OptimiseOptions(
+        min_skew=options.min_skew, max_aspect_ratio=options.max_aspect_ratio, growth=options.growth
+    )
+    if inside is not None:
+        start = constrained_delaunay(np.concatenate([boundary.points, inside]), boundary)
+        return optimise(start, outline.tracks, asked)
+    shift = SHIFTS[number % len(SHIFTS)]
+    inner, core = lattice_with_core(boundary, size, options.gradient, shift, LEAST_CORE)
+    rest = inner
+    if core is not None:
+        boundary, rest = strip_boundary(boundary, inner, core, size), inner[core.outside]
+    start = constrained_delaunay(np.concatenate([boundary.points, rest]), boundary)
+    outcome = optimise(refine(start, outline.tracks, size, options.gradient), outline.tracks, asked)
+    if core is None:
+        return outcome
+    return replace(outcome, triangulation=with_core(outcome.triangulation, inner, core))
 
 
 def hold_legs(boundary: Boundary, angle: float) -> Boundary:

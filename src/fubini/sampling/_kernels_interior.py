@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from fubini._jit import kernel
+from fubini._jit import inner, kernel
 
 ROW = 0.8660254037844386  # sqrt(3) / 2
 
@@ -45,7 +45,7 @@ def crossings(points, segments, y0, step, rows):
 
 @kernel(allocates=True)
 def lattice(points, segments, size, h, x0, y0, columns, rows, clearance, g):
-    """Lattice nodes inside the boundary and clear of it, (n, 2).
+    """Lattice nodes inside the boundary and clear of it, (n, 2), row by row, and where they are (rows, columns).
 
     Row j of the lattice lies at y0 + j h sqrt(3)/2 and starts at x0, odd rows half a step further.
     A node stays when its row's limits enclose it and it is at least ``clearance`` h from every
@@ -101,4 +101,72 @@ def lattice(points, segments, size, h, x0, y0, columns, rows, clearance, g):
                 out[n, 0] = start + i * h
                 out[n, 1] = y0 + j * step
                 n += 1
-    return out
+    return out, inside
+
+
+@kernel
+def erode(inside, out):
+    """Write into out (rows, columns) which nodes have all six neighbours, the rim of the table excepted."""
+    rows, columns = inside.shape
+    for j in range(rows):
+        odd = j & 1
+        for i in range(columns):
+            out[j, i] = 0
+            if inside[j, i] and 0 < j < rows - 1 and 0 < i < columns - 1:
+                a, b = i - 1 + odd, i + odd
+                row = inside[j, i - 1] & inside[j, i + 1]
+                out[j, i] = row & inside[j - 1, a] & inside[j - 1, b] & inside[j + 1, a] & inside[j + 1, b]
+
+
+@inner
+def number_rim(neighbours, t, rim):
+    """Give the edges of triangle t without a neighbour the next numbers; the next one after them."""
+    for e in range(3):
+        if neighbours[t, e] < 0:
+            neighbours[t, e] = -1 - rim
+            rim += 1
+    return rim
+
+
+@kernel
+def core_triangles(deep, number, table, triangles, neighbours):
+    """Triangles between deep nodes (rows, columns), and their neighbours; the number of triangles and of rim edges.
+
+    ``number`` (rows, columns) names the nodes. ``table`` (2, rows, columns) is scratch space for the numbers of
+    the triangles that point up and down: up[j, i] stands on nodes i, i + 1 of row j, down[j, i] hangs from nodes i,
+    i + 1 of row j + 1. An edge of the rim, with no triangle across, has the neighbour -1 - k, k counting these edges.
+    ``triangles`` and ``neighbours`` have room for every triangle.
+    """
+    rows, columns = deep.shape
+    up, down = table[0], table[1]
+    m = 0
+    for j in range(rows):
+        odd = j & 1
+        for i in range(columns):
+            up[j, i], down[j, i] = -1, -1
+            if j == rows - 1 or i >= columns - 2:
+                continue
+            if deep[j, i] & deep[j, i + 1] & deep[j + 1, i + odd]:
+                up[j, i] = m
+                triangles[m, 0], triangles[m, 1] = number[j, i], number[j, i + 1]
+                triangles[m, 2] = number[j + 1, i + odd]
+                m += 1
+            if deep[j, i + 1 - odd] & deep[j + 1, i + 1] & deep[j + 1, i]:
+                down[j, i] = m
+                triangles[m, 0], triangles[m, 1] = number[j, i + 1 - odd], number[j + 1, i + 1]
+                triangles[m, 2] = number[j + 1, i]
+                m += 1
+    rim = 0
+    for j in range(1, rows - 1):
+        odd = j & 1
+        for i in range(1, columns - 1):
+            t, u = up[j, i], down[j, i]
+            if t >= 0:
+                neighbours[t, 0], neighbours[t, 1] = down[j, i + odd], down[j, i - 1 + odd]
+                neighbours[t, 2] = down[j - 1, i]
+                rim = number_rim(neighbours, t, rim)
+            if u >= 0:
+                neighbours[u, 0], neighbours[u, 1] = up[j + 1, i], up[j, i - odd]
+                neighbours[u, 2] = up[j, i + 1 - odd]
+                rim = number_rim(neighbours, u, rim)
+    return m, rim
