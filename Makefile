@@ -14,7 +14,7 @@ JOBS ?= 2
 BIN := .venv/bin
 BIN8 := .venv8/bin
 PIP := -m pip install -qq --disable-pip-version-check --retries 8 --timeout 60
-TESTS8 := $(wildcard tests/cad tests/examples)
+TESTS8 := $(wildcard tests/cad tests/examples tests/naming)
 CHECKED := $(wildcard src tests cad_examples benchmarks docs)
 
 # Compiled kernels lie inside the environment, so nothing outside this folder is touched or needed.
