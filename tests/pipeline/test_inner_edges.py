@@ -86,7 +86,8 @@ def test_the_papers_sets_leave_inner_edges_out_and_say_so():
     assert len(set(mesh.edge_of_segment.tolist())) == 4
 
 
-def test_an_edge_that_leaves_the_face_is_left_out():
-    model = fubini.load(embedded(line((1, 1, 0), (3, 1, 0))))
+@pytest.mark.parametrize("end", [(3, 1, 0), (2, 1, 0)])
+def test_an_edge_that_leaves_the_face_or_ends_beside_its_vertices_is_left_out(end):
+    model = fubini.load(embedded(line((1, 1, 0), end)))
     assert not model.faces[0].inner and len(model.edges) == 4
     assert any("is left out" in note for note in model.notes)

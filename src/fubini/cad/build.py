@@ -141,7 +141,7 @@ class _Builder:
             within = index not in bounding and edge.vertices[0] != edge.vertices[1]
             if within and edge.curve.leaves(frame) <= FLAT * self.diagonal + edge.tolerance:
                 curve = self._flattened(index, frame, corners)
-                if region.contains(curve.point(np.linspace(0.05, 0.95, 7))).all():
+                if _lies_within(curve, region, VERTEX_GAP * self.diagonal):
                     self._register(index)
                     found[index] = curve
                     continue
@@ -233,6 +233,15 @@ class _Builder:
             self.notes.append(
                 f"face {face}: edge {edge} leaves the plane by up to {distance:.3g}; it is projected into it"
             )
+
+
+def _lies_within(curve: Curve, region: Region, reach: float) -> bool:
+    """Whether the curve runs inside the region and meets its outline in vertices alone, if at all."""
+    if not region.contains(curve.point(np.linspace(0.05, 0.95, 7))).all():
+        return False
+    corners = {tuple(c.start.tolist()) for c in region.curves}
+    loose = [end for end in (curve.start, curve.end) if tuple(end.tolist()) not in corners]
+    return not loose or all((c.closest(loose)[1] > reach).all() for c in region.curves)
 
 
 def _area(face: Any, simple: bool) -> float:
