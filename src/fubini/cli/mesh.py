@@ -38,6 +38,10 @@ if TYPE_CHECKING:
               help="Triangles at or below this skewness (degrees) are flawed.")  # fmt: skip
 @click.option("--max-aspect-ratio", type=float, default=2.0, show_default=True, metavar="A",
               help="Triangles at or above this aspect ratio are flawed.")  # fmt: skip
+@click.option("--growth", type=float, default=1.5, show_default=True, metavar="G",
+              help="Largest ratio of neighbouring edge lengths.")  # fmt: skip
+@click.option("--segments-per-turn", type=int, metavar="N", help="Least number of segments on a full circle.")
+@click.option("--chord-tolerance", type=float, metavar="D", help="Largest distance of the mesh from a curved edge.")
 @click.option("--order", type=click.IntRange(1, 2), default=1, show_default=True,
               help="Nodes on the corners only, or on the sides too (true to the curves).")  # fmt: skip
 @click.option("--name", "named", metavar="NAME=WHAT", multiple=True,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,7 +17,7 @@ from fubini.quality import corner_limit
 from fubini.sampling.boundary import BoundarySizing, EdgeNodes, Outline
 from fubini.sampling.interior import lattice_with_core
 from fubini.triangulation.constrained import constrained_delaunay
-from fubini.triangulation.value import CORNER, FROZEN, LOCKED, ON_CURVE, Boundary
+from fubini.triangulation.value import CORNER, FROZEN, LOCKED, ON_CURVE, Boundary, Triangulation
 
 Float = NDArray[np.float64]
 
@@ -28,6 +29,10 @@ SPLIT_SHARED_FROM = 2
 TIGHT = 3.0
 #: Fewer triangles than this inside do not pay for a strip of their own.
 LEAST_CORE = 4000
+#: A size field may ask for anything inside: no core stays as it is.
+NO_CORE = 2**62
+#: Budget of refinements towards a size field.
+FIELD_ROUNDS = 30
 
 
 @dataclass(frozen=True)
@@ -39,7 +44,13 @@ class FaceResult:
 
 
 def attempt(
-    boundary: Boundary, outline: Outline, size: float, options: MeshOptions, number: int, inside: Float | None
+    boundary: Boundary,
+    outline: Outline,
+    size: float,
+    options: MeshOptions,
+    number: int,
+    inside: Float | None,
+    sizes: Callable[[Float], Float] | None = None,
 ) -> OptimiseOutcome:
     """Mesh one face with the points ``inside``, or with the lattice of this number where there are none given."""
     if number < SPLIT_SHARED_FROM:
@@ -47,21 +58,42 @@ def attempt(
     if number % 2 == 0 and inside is None:
         boundary = hold_legs(boundary, corner_limit(options.min_skew) + TIGHT)
     asked = OptimiseOptions(
-        min_skew=options.min_skew, max_aspect_ratio=options.max_aspect_ratio, growth=options.growth
+        min_skew=options.min_skew,
+        max_aspect_ratio=options.max_aspect_ratio,
+        growth=options.growth,
+        max_sag=options.max_sag,
     )
     if inside is not None:
         start = constrained_delaunay(np.concatenate([boundary.points, inside]), boundary)
         return optimise(start, outline.tracks, asked)
     shift = SHIFTS[number % len(SHIFTS)]
-    inner, core = lattice_with_core(boundary, size, options.gradient, shift, LEAST_CORE)
+    inner, core = lattice_with_core(boundary, size, options.gradient, shift, LEAST_CORE if sizes is None else NO_CORE)
     rest = inner
     if core is not None:
         boundary, rest = strip_boundary(boundary, inner, core, size), inner[core.outside]
     start = constrained_delaunay(np.concatenate([boundary.points, rest]), boundary)
-    outcome = optimise(refine(start, outline.tracks, size, options.gradient), outline.tracks, asked)
+    filled = refine(start, outline.tracks, size, options.gradient)
+    if sizes is not None:
+        filled = follow(filled, outline, size, options.gradient, sizes)
+    outcome = optimise(filled, outline.tracks, asked)
     if core is None:
         return outcome
     return replace(outcome, triangulation=with_core(outcome.triangulation, inner, core))
+
+
+def follow(
+    filled: Triangulation, outline: Outline, size: float, gradient: float, sizes: Callable[[Float], Float]
+) -> Triangulation:
+    """Refine until the nodes meet a size field: every round asks it at the nodes of the round before."""
+    for _ in range(FIELD_ROUNDS):
+        wanted = np.clip(sizes(np.array(filled.points)), 1e-7 * size, size)
+        n = len(filled.boundary.size)
+        wanted[:n] = np.minimum(wanted[:n], filled.boundary.size)
+        finer = refine(filled, outline.tracks, size, gradient, wanted)
+        if len(finer.points) == len(filled.points):
+            break
+        filled = finer
+    return filled
 
 
 def hold_legs(boundary: Boundary, angle: float) -> Boundary:
@@ -85,12 +117,12 @@ class FaceMesher:
     def __init__(
         self,
         sizing: BoundarySizing,
-        size: float,
+        sizes: list[float],
         options: MeshOptions,
         pattern: list[PatternPoints] | None = None,
     ) -> None:
         self.sizing = sizing
-        self.size = size
+        self.sizes = sizes
         self.options = options
         self.pattern = pattern
         self.base = sizing.resolve() if pattern is None else pattern_nodes(len(sizing.ends), sizing.outlines, pattern)
@@ -122,10 +154,11 @@ class FaceMesher:
         best: OptimiseOutcome | None = None
         outline = self.sizing.outlines[f]
         inside = self.pattern[f].inside if self.pattern is not None else None
+        field = self.sizing.options.fields[f] if self.sizing.options.fields is not None else None
         numbers = range(self.options.attempts) if inside is None else (0, SPLIT_SHARED_FROM)
         for number in numbers:
             boundary = self.sizing.boundary(f, self.nodes)
-            outcome = attempt(boundary, outline, self.size, self.options, number, inside)
+            outcome = attempt(boundary, outline, self.sizes[f], self.options, number, inside, field)
             if best is None or outcome.excess < best.excess:
                 best = outcome
             if best.excess == 0:

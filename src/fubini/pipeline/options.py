@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
 
 from fubini.errors import OptionError
 from fubini.model import Model
@@ -28,6 +29,11 @@ class MeshOptions:
     min_skew, max_aspect_ratio : bounds of a valid triangle (degrees; ratio).
     growth : largest ratio of neighbouring edge lengths.
     turn : largest turning of the tangent along one boundary segment, degrees.
+    segments_per_turn : least number of segments that a full turn of a curve is given; None leaves it to ``turn``.
+    chord_tolerance : largest distance of a boundary segment from its curve, model units; None for no limit.
+    edge_size, face_size, vertex_size : smaller sizes on single parts, by CAD index; edges and faces also by name.
+    edge_segments : least number of segments on single edges, by CAD index or name.
+    size_field : ``f(points (n, 3)) -> (n,)``, edge lengths in space; sizes are the least of all that is asked.
     attempts : lattices tried on a face before its boundary is made finer.
     rounds : how many times the boundary of a face may be made finer.
     """
@@ -38,6 +44,13 @@ class MeshOptions:
     max_aspect_ratio: float = MAX_ASPECT_RATIO
     growth: float = 1.5
     turn: float = 43.0
+    segments_per_turn: int | None = None
+    chord_tolerance: float | None = None
+    edge_size: Mapping[int | str, float] = field(default_factory=dict)
+    face_size: Mapping[int | str, float] = field(default_factory=dict)
+    vertex_size: Mapping[int, float] = field(default_factory=dict)
+    edge_segments: Mapping[int | str, float] = field(default_factory=dict)
+    size_field: Callable[[Any], Any] | None = None
     attempts: int = 6
     rounds: int = 8
 
@@ -54,6 +67,36 @@ class MeshOptions:
             raise OptionError(f"growth is {self.growth}", fix="use a ratio from 1.1 to 3")
         if not (_is_number(self.turn) and 1.0 <= self.turn <= 60.0):
             raise OptionError(f"turn is {self.turn}", fix="use 1 to 60 degrees")
+
+        self._check_parts()
+
+    def _check_parts(self) -> None:
+        """Refuse senseless sizes of parts and of curves."""
+        if self.segments_per_turn is not None and not (
+            _is_number(self.segments_per_turn) and 6 <= self.segments_per_turn <= 100_000
+        ):
+            raise OptionError(f"segments_per_turn is {self.segments_per_turn}", fix="use 6 to 100,000")
+        if self.chord_tolerance is not None and not (_is_number(self.chord_tolerance) and self.chord_tolerance > 0.0):
+            raise OptionError(f"chord_tolerance is {self.chord_tolerance}", fix="give a positive distance")
+        for name in ("edge_size", "face_size", "vertex_size", "edge_segments"):
+            for key, value in getattr(self, name).items():
+                if not (_is_number(value) and value > 0.0):
+                    raise OptionError(f"{name} of {key!r} is {value}", fix="give a positive number")
+        if self.size_field is not None and not callable(self.size_field):
+            raise OptionError(f"size_field is {self.size_field!r}", fix="give a function of points (n, 3)")
+
+    @property
+    def largest_turn(self) -> float:
+        """Largest turning of a curve along one segment, radians."""
+        turn = math.radians(self.turn)
+        return turn if self.segments_per_turn is None else min(turn, 2.0 * math.pi / self.segments_per_turn)
+
+    @property
+    def max_sag(self) -> float:
+        """Share of its length that a merged boundary segment may be away from its curve."""
+        if self.chord_tolerance is not None:
+            return 1e-9
+        return 0.04 if self.segments_per_turn is None else min(0.04, self.largest_turn / 8.0)
 
     @property
     def gradient(self) -> float:

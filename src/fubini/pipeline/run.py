@@ -21,8 +21,9 @@ from fubini.pipeline.faces import FaceMesher, FaceResult
 from fubini.pipeline.names import name_mesh, resolve_names
 from fubini.pipeline.options import MeshOptions, Progress, check_count, pick_size
 from fubini.pipeline.pattern import PatternPoints, pattern_points
+from fubini.pipeline.sizes import face_sizes, size_options
 from fubini.result import Certificate, Mesh
-from fubini.sampling.boundary import BoundarySizing, Outline, SizeOptions
+from fubini.sampling.boundary import BoundarySizing, Outline
 from fubini.tracks import evaluate
 from fubini.triangulation.value import CORNER
 
@@ -86,7 +87,7 @@ def mesh(
     sew : join edges of different faces within this distance (model units).
     progress : called as ``progress(stage, done, total)``.
     options : fields of ``fubini.pipeline.options.MeshOptions``: ``pattern``, ``min_skew``,
-        ``max_aspect_ratio``, ``growth``, ``turn``, ...
+        ``max_aspect_ratio``, ``growth``, ``turn``, ``edge_size``, ``size_field``, ...
 
     Returns
     -------
@@ -114,11 +115,10 @@ def mesh(
     length = min(checked.size, model.diagonal) if checked.size is not None else pick_size(model)
     check_count(model, length)
     outlines, edge_ids, ends = outline_faces(model)
-    sizing = BoundarySizing(
-        outlines, ends, SizeOptions(length, gradient=checked.gradient, turn=np.radians(checked.turn))
-    )
+    sizing = BoundarySizing(outlines, ends, size_options(model, outlines, edge_ids, length, checked))
     with in_model_terms(model, edge_ids):
-        mesher = FaceMesher(sizing, length, checked, lay_pattern(model, outlines, checked.pattern))
+        pattern = lay_pattern(model, outlines, checked.pattern)
+        mesher = FaceMesher(sizing, face_sizes(model, length, checked), checked, pattern)
         clock.lap("boundary")
         results = mesher.run(progress)
     clock.lap("faces")

@@ -9,6 +9,7 @@ segment of the same length, so that the one triangle there is isosceles.
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 
@@ -48,6 +49,11 @@ class SizeOptions:
     turn : largest turning of the tangent along one segment, radians.
     gap : size over the width of a gap; 2 / sqrt(3) makes one row of equilateral triangles.
     edge_size : asked size on single edges, by edge number.
+    edge_segments : least number of segments on single edges, by edge number.
+    vertex_size : asked size at single vertices, by vertex number.
+    chord_tolerance : largest distance of a segment from its curve; None for no limit.
+    keep_turn : never let rounding to whole segments exceed ``turn``.
+    fields : for each face the size at plane coordinates (n, 2), or None.
     rounds : budget of gap detections.
     smallest : sizes below this (times the asked size) are not followed any further.
     most : budget of boundary nodes of the whole model.
@@ -58,6 +64,11 @@ class SizeOptions:
     turn: float = 0.75
     gap: float = 1.15
     edge_size: Mapping[int, float] = field(default_factory=dict)
+    edge_segments: Mapping[int, int] = field(default_factory=dict)
+    vertex_size: Mapping[int, float] = field(default_factory=dict)
+    chord_tolerance: float | None = None
+    keep_turn: bool = False
+    fields: list[Callable[[Float], Float]] | None = None
     rounds: int = 24
     smallest: float = 1e-7
     most: int = 4_000_000
@@ -132,9 +143,11 @@ class BoundarySizing:
         self._samples: list[tuple[Float, Float, Float]] = [None] * len(ends)  # type: ignore[list-item]
         self._at_least = np.ones(len(ends), np.int64)
         self._radius = np.zeros((len(ends), 2))
-        for outline in outlines:
+        for f, outline in enumerate(outlines):
             np.add.at(self.uses, outline.edges, 1)
             self._sample_edges(outline)
+            if options.fields is not None:
+                self._sample_field(outline, options.fields[f])
         for outline in outlines:
             self._protect_corners(outline)
             self._count_closed_loops(outline)
@@ -148,8 +161,27 @@ class BoundarySizing:
             if self._samples[e] is not None:
                 continue
             t, s, h = sample_track(outline.tracks, j, self.options.turn)
-            h = np.minimum(h, min(size, self.options.edge_size.get(int(e), size), s[-1]))
+            asked = self.options.edge_segments.get(int(e), 1)
+            curved = self.options.keep_turn or self.options.chord_tolerance is not None
+            bend = bending(outline.tracks, j, t, s) if curved else np.zeros(len(t))
+            if self.options.keep_turn:
+                asked = max(asked, math.ceil(np.trapezoid(bend, s) / self.options.turn - 1e-3))
+            if self.options.chord_tolerance is not None and bend.any():
+                h = np.minimum(h, np.sqrt(8.0 * self.options.chord_tolerance / np.maximum(bend, 1e-300)))
+                asked = max(asked, math.ceil(np.trapezoid(1.0 / h, s) - 1e-6))
+            h = np.minimum(h, min(size, self.options.edge_size.get(int(e), size), s[-1] / asked))
             self._samples[e] = (t, s, h)
+            self._at_least[e] = max(self._at_least[e], asked)
+
+    def _sample_field(self, outline: Outline, sizes: Callable[[Float], Float]) -> None:
+        """Lower the tables of all edges of a face to its size field, at no less than 129 places of each."""
+        for j, e in enumerate(outline.edges):
+            t, s, h = self._samples[e]
+            places = np.union1d(t, np.linspace(0.0, 1.0, 129))
+            along = np.interp(places, t, s)
+            asked = sizes(np.ascontiguousarray(evaluate(outline.tracks, j, places)))
+            least = self.options.smallest * self.options.size
+            self._samples[e] = (places, along, np.minimum(np.interp(along, s, h), np.maximum(asked, least)))
 
     def _protect_corners(self, outline: Outline) -> None:
         """Give both edges of every sharp corner a first segment of one length."""
@@ -238,6 +270,8 @@ class BoundarySizing:
         g = self.options.gradient
         radius = self._radius.copy()
         vertex_size = np.full(int(self.ends.max(initial=-1)) + 1, np.inf)
+        for v, asked in self.options.vertex_size.items():
+            vertex_size[v] = asked
         h = cap.copy()
         kernels.grade(first, s, h, self.ends, radius, vertex_size, g)
         first, t, s, h = kernels.envelope(first, t, s, cap, h, g)
@@ -468,6 +502,16 @@ def welded(boundary: Boundary, inner: int) -> Boundary:
         boundary.points[kept], kind[kept], size[kept], boundary.angle[kept], renumber[number[boundary.segments]],
         boundary.track, boundary.t, np.where(inside, LOCKED, boundary.mode).astype(np.uint8),
     )  # fmt: skip
+
+
+def bending(tracks: Tracks, j: int, t: Float, s: Float) -> Float:
+    """Curvature (n,) of track j at the parameters t of arc lengths s, from the turning of its chords."""
+    if len(t) < 3:
+        return np.zeros(len(t))
+    step = np.diff(evaluate(tracks, j, t), axis=0)
+    turn = np.abs(np.diff(np.unwrap(np.arctan2(step[:, 1], step[:, 0]))))
+    curvature = turn / (0.5 * (s[2:] - s[:-2]))
+    return np.concatenate([curvature[:1], curvature, curvature[-1:]])
 
 
 def chord_sags(tracks: Tracks, boundary: Boundary) -> Float:

@@ -1,0 +1,87 @@
+"""Sizes of single parts, of curves and from a field: obtained, and still certified."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import fubini
+import regions
+from fubini.errors import OptionError
+
+
+def mesh_of(region, size, **options):
+    mesh = fubini.mesh(regions.model_of(region), size, **options)
+    assert mesh.certificate.certified
+    return mesh
+
+
+def on_edge(mesh, edge):
+    ends = mesh.points[mesh.segments[mesh.edge_of_segment == edge]]
+    return np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+
+
+def test_edge_size_and_segments_are_met():
+    mesh = mesh_of(regions.square(), 0.2, edge_size={0: 0.02}, edge_segments={2: 31})
+    assert on_edge(mesh, 0).max() < 0.03
+    assert len(on_edge(mesh, 0)) == pytest.approx(50, abs=5)
+    assert len(on_edge(mesh, 2)) >= 31
+    assert on_edge(mesh, 1).max() > 0.08
+
+
+def test_face_size_fills_its_face_only():
+    square = regions.square()
+    model = regions.model_of(square, square.transform(np.eye(2), (3.0, 0.0)))
+    mesh = fubini.mesh(model, 0.2, face_size={1: 0.04})
+    assert mesh.certificate.certified
+    counts = np.bincount(mesh.face_of_triangle)
+    assert counts[1] == pytest.approx(1 / (3**0.5 / 4 * 0.04**2), rel=0.12)
+    assert counts[0] < 100
+
+
+def test_vertex_size_grades_away_from_its_vertex():
+    mesh = mesh_of(regions.square(), 0.2, vertex_size={0: 0.005})
+    lengths = on_edge(mesh, 0)
+    assert min(lengths) < 0.01
+    assert max(lengths) > 0.1
+    assert len(mesh.triangles) < 1500
+
+
+@pytest.mark.parametrize("number", [24, 64, 200])
+def test_segments_per_turn_on_a_full_circle(number):
+    region = regions.Region.from_loops([regions.loop([(-2, -2), (2, -2), (2, 2), (-2, 2)]), regions.circle(0, 0, 1)])
+    mesh = mesh_of(region, 1.0, segments_per_turn=number)
+    assert number <= len(on_edge(mesh, 4)) <= 1.35 * number + 4
+
+
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-3, 1e-4])
+def test_chord_tolerance_is_kept(tolerance):
+    mesh = mesh_of(regions.quarter_disk(), 0.5, chord_tolerance=tolerance)
+    middle = mesh.points[mesh.segments[mesh.edge_of_segment == 1]].mean(axis=1)
+    assert (1.0 - np.linalg.norm(middle, axis=1)).max() < 1.1 * tolerance
+    assert len(middle) < 2.0 * np.pi / 2 / np.sqrt(8 * tolerance) + 8
+
+
+def test_size_field_is_followed_inside():
+    def field(p):
+        return 0.01 + 0.25 * np.hypot(p[:, 0] - 0.5, p[:, 1] - 0.5)
+
+    mesh = mesh_of(regions.square(), 0.15, size_field=field)
+    corners = mesh.points[mesh.triangles]
+    length = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).mean(axis=1)
+    ratio = length / np.minimum(0.15, field(corners.mean(axis=1)))
+    assert np.percentile(ratio, 99) < 1.7
+    assert 0.6 < np.median(ratio) < 1.25
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"edge_size": {99: 0.1}}, {"edge_size": {"rim": 0.1}}, {"face_size": {5: 0.1}}, {"vertex_size": {77: 1.0}},
+        {"edge_size": {0: -1.0}}, {"segments_per_turn": 2}, {"chord_tolerance": 0.0}, {"size_field": 3},
+        {"size_field": lambda p: 0.1}, {"size_field": lambda p: -np.ones(len(p))},
+    ],
+)  # fmt: skip
+def test_senseless_sizes_of_parts_are_refused(options):
+    with pytest.raises(OptionError):
+        fubini.mesh(regions.model_of(regions.square()), 0.2, **options)
