@@ -166,7 +166,7 @@ def perforated() -> Shape:
 
 
 def ratchet() -> Shape:
-    """Sharp teeth: corners of about 21 degrees that no valid triangle fits into."""
+    """Sharp teeth like those of a saw."""
     points = []
     for k in range(10):
         a = 2 * math.pi * k / 10

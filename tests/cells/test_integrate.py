@@ -83,3 +83,7 @@ def test_a_missing_cell_shows():
     figures = check_cells(region, decompose(region, "x")[1:])
     assert not figures.passed
     assert figures.area_error > 1e-3
+
+
+def test_a_constant_may_be_given_as_a_number():
+    assert integrate(quarter_disk(), lambda p: 2.0) == pytest.approx(math.pi / 2, rel=1e-14)

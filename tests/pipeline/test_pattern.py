@@ -1,4 +1,4 @@
-"""Reference sets of the paper on models of several faces: shared edges, time."""
+"""Models of several faces: reference sets of the paper on shared edges."""
 
 from __future__ import annotations
 

@@ -41,7 +41,7 @@ def integrate(
     Parameters
     ----------
     domain : a region is decomposed first (``decompose(region, "auto")``).
-    f : takes points (n, 2) and gives values (n,) or (n, m).
+    f : takes points (n, 2) and gives values (n,) or (n, m), or one number.
     order : Gauss points across a cell: exact where f is a polynomial of degree below ``2 order`` in
         the inner variable. Along the outer variable panels are halved until they agree to 1e-14.
 
@@ -61,7 +61,7 @@ def integrate(
     if not len(cells):
         raise OptionError("nothing to integrate over: no cells")
     middle = np.array([0.5 * (cells[0].a + cells[0].b)])
-    scalar = np.asarray(f(cells[0].place(middle, cells[0].r(middle)))).ndim == 1
+    scalar = np.ndim(f(cells[0].place(middle, cells[0].r(middle)))) < 2
     total = _over_cells(cells, f, order)
     return float(total[0]) if scalar else total
 
@@ -85,7 +85,9 @@ def _over_cells(cells: Sequence[Cell], f: Callable[[Float], Any], order: int) ->
         phase = math.pi * (w - k)
         outer = low[k] + width[k] * np.sin(0.5 * phase) ** 2
         points, height = _columns(cells, owner[k], outer, nodes)
-        values = np.asarray(f(points), np.float64).reshape(len(w), order, -1)
+        values = np.asarray(f(points), np.float64)
+        values = np.full(len(points), values) if values.ndim == 0 else values
+        values = values.reshape(len(w), order, -1)
         jacobian = height * width[k] * 0.5 * math.pi * np.sin(phase)
         return np.einsum("nkm,k,n->nm", values, weights, jacobian)
 
