@@ -105,3 +105,14 @@ def test_three_plates_on_one_edge(angle):
     assert np.all(joint[:, :, :2] == 0.0)
     assert np.linalg.norm(joint[:, 1] - joint[:, 0], axis=1).sum() == pytest.approx(3.0, rel=1e-13)
     assert set(uses.tolist()) == {1, 2, 3} and mesh.certificate.certified
+
+
+def test_faces_fit_together_when_the_budget_of_splits_is_spent(monkeypatch):
+    from fubini.pipeline import faces
+
+    tried = []
+    attempt = faces.attempt
+    monkeypatch.setattr(faces, "MOST_SPLITS", -1_000_000)
+    monkeypatch.setattr(faces, "attempt", lambda *a, **k: tried.append(a[4]) or attempt(*a, **k))
+    checked(*stepped())
+    assert max(tried) < faces.SPLIT_SHARED_FROM

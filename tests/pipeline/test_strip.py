@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-import regions
 
 import fubini
+import regions
 from fubini.pipeline.faces import attempt
 from fubini.pipeline.options import MeshOptions
 from fubini.sampling.interior import lattice_with_core

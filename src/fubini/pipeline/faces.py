@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -25,6 +25,11 @@ Float = NDArray[np.float64]
 SHIFTS = ((0.0, 0.0), (0.5, 0.3), (0.25, 0.65), (0.75, 0.1), (0.1, 0.85), (0.6, 0.55), (0.35, 0.4), (0.9, 0.7))
 #: With so many lattices tried, edges shared with other faces may be split.
 SPLIT_SHARED_FROM = 2
+#: Splits of shared edges are followed until the edges hold this many times the nodes that they started with.
+MOST_SPLITS = 4
+#: Moves that the optimiser may attempt on a face: so many, and so many more for each triangle. Another lattice or
+#: a finer boundary helps more than a longer search.
+MOVES, MOVES_EACH = 3_000, 20
 #: Corners so little (degrees) above what one triangle can cover leave no choice for its legs.
 TIGHT = 3.0
 #: Fewer triangles than this inside do not pay for a strip of their own.
@@ -65,7 +70,7 @@ def attempt(
     )
     if inside is not None:
         start = constrained_delaunay(np.concatenate([boundary.points, inside]), boundary)
-        return optimise(start, outline.tracks, asked)
+        return optimise(start, outline.tracks, limited(asked, start))
     shift = SHIFTS[number % len(SHIFTS)]
     inner, core = lattice_with_core(boundary, size, options.gradient, shift, LEAST_CORE if sizes is None else NO_CORE)
     rest = inner
@@ -75,10 +80,15 @@ def attempt(
     filled = refine(start, outline.tracks, size, options.gradient)
     if sizes is not None:
         filled = follow(filled, outline, size, options.gradient, sizes)
-    outcome = optimise(filled, outline.tracks, asked)
+    outcome = optimise(filled, outline.tracks, limited(asked, filled))
     if core is None:
         return outcome
     return replace(outcome, triangulation=with_core(outcome.triangulation, inner, core))
+
+
+def limited(asked: OptimiseOptions, start: Triangulation) -> OptimiseOptions:
+    """The options with the budget of moves that suits the number of triangles."""
+    return replace(asked, budget=MOVES + MOVES_EACH * len(start.triangles))
 
 
 def follow(
@@ -130,13 +140,20 @@ class FaceMesher:
         self.nodes = self.base
         self.results: dict[int, FaceResult] = {}
         self.finer: dict[int, int] = {}
+        self.settled = False
 
     def run(self, progress: Progress | None = None) -> list[FaceResult]:
-        """Mesh until every face matches the nodes of its edges, or the budget is spent."""
+        """Mesh until every face matches the nodes of its edges.
+
+        When the budget is spent, or the splits of shared edges go on and on, the nodes are settled: the faces that
+        wait are meshed once more without splits, so that all fit together, flawed where they must be.
+        """
         count = len(self.sizing.outlines)
-        budget = 12 * count + 40
+        budget = 6 * count + 20
+        most = MOST_SPLITS * len(self.base.t) + 1000
         pending = list(range(count))
-        while pending and budget > 0:
+        while pending:
+            self.settled = budget <= 0 or len(self.nodes.t) > most
             for f in pending:
                 budget -= 1
                 self._mesh_face(f)
@@ -151,12 +168,24 @@ class FaceMesher:
 
     def _mesh_face(self, f: int) -> None:
         """Try lattices, then finer boundaries, until no flawed triangle is left that could be avoided."""
+        while True:
+            best = self._best_attempt(f)
+            done = self.finer.get(f, 0)
+            if not best.excess or self.settled or self.pattern is not None or done >= self.options.rounds:
+                break
+            self.finer[f] = done + 1
+            if not self._refine_boundary(f, best):
+                break
+        self._follow_splits(f, best)
+        self.results[f] = FaceResult(best, self._signature(f))
+
+    def _best_attempt(self, f: int) -> OptimiseOutcome:
+        """The attempt that leaves fewest avoidable flaws, the first of those that leave none."""
         best: OptimiseOutcome | None = None
         outline = self.sizing.outlines[f]
         inside = self.pattern[f].inside if self.pattern is not None else None
         field = self.sizing.options.fields[f] if self.sizing.options.fields is not None else None
-        numbers = range(self.options.attempts) if inside is None else (0, SPLIT_SHARED_FROM)
-        for number in numbers:
+        for number in self._attempts():
             boundary = self.sizing.boundary(f, self.nodes)
             outcome = attempt(boundary, outline, self.sizes[f], self.options, number, inside, field)
             if best is None or outcome.excess < best.excess:
@@ -165,13 +194,13 @@ class FaceMesher:
                 break
         if best is None:
             raise OptionError(f"attempts is {self.options.attempts}", fix="allow at least one")
-        if best.excess and inside is None and self.finer.get(f, 0) < self.options.rounds:
-            self.finer[f] = self.finer.get(f, 0) + 1
-            if self._refine_boundary(f, best):
-                return self._mesh_face(f)
-        self._follow_splits(f, best)
-        self.results[f] = FaceResult(best, self._signature(f))
-        return None
+        return best
+
+    def _attempts(self) -> Sequence[int]:
+        """Numbers of the attempts to make; none that splits shared edges once their nodes are settled."""
+        if self.settled:
+            return range(SPLIT_SHARED_FROM)
+        return range(self.options.attempts) if self.pattern is None else (0, SPLIT_SHARED_FROM)
 
     def _refine_boundary(self, f: int, outcome: OptimiseOutcome) -> bool:
         """Ask for a finer boundary where flawed triangles are left."""

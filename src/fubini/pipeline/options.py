@@ -52,7 +52,7 @@ class MeshOptions:
     edge_segments: Mapping[int | str, float] = field(default_factory=dict)
     size_field: Callable[[Any], Any] | None = None
     attempts: int = 6
-    rounds: int = 8
+    rounds: int = 5
 
     def __post_init__(self) -> None:
         if self.size is not None and not (_is_number(self.size) and self.size > 0.0):
