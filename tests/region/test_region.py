@@ -121,3 +121,22 @@ def test_bounding_box_holds_curved_edges():
     assert np.allclose(points.min(axis=0), box[0], atol=1e-5) and np.allclose(points.max(axis=0), box[1], atol=1e-5)
     assert Region(circle(0, 0, 1)).diagonal == pytest.approx(math.sqrt(8))
     assert circle(0, 0, 1).length == pytest.approx(TURN)
+
+
+def test_canonical_numbering_depends_on_the_shape_alone():
+    square = np.array([(0, 0), (4, 0), (4, 4), (0, 4)], float)
+    small = np.array([(3, 1), (3, 2), (2, 2), (2, 1)], float)
+    holes = [small, small - (1.5, 0), 0.5 * small + (1, 2)]
+    noise = 1e-14 * np.array([(1, -1), (-1, 1), (0, 1), (1, 0)])
+    wanted = Region.polygon(square, holes).canonical()
+    assert wanted.outer.curves[0].start.tolist() == [0, 0]
+    starts = [hole.curves[0].start.tolist() for hole in wanted.holes]
+    assert starts == [[0.5, 1], [2, 1], [2, 2.5]]  # by area, then from the left
+    for k in range(4):
+        others = [np.roll(hole + noise, k + i, axis=0) for i, hole in enumerate(reversed(holes))]
+        found = Region.polygon(np.roll(square + noise, k, axis=0), others).canonical()
+        for a, b in zip(wanted.curves, found.curves, strict=True):
+            assert b.start == pytest.approx(a.start, abs=1e-12)
+        # the edges keep the numbers that they came with
+        assert sorted(found.edges) == list(range(16))
+        assert found.outer.edges == tuple((i + k) % 4 for i in range(4))

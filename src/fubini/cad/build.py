@@ -170,7 +170,7 @@ class _Builder:
             except GeometryError as error:
                 at = None if error.at is None else frame.to_space(error.at)[0]
                 raise GeometryError(error.message, edge=error.edge, at=at, fix=error.fix) from error
-        return region, turned
+        return region.canonical(), turned
 
     def _loop(self, chain: tuple[Coedge, ...], frame: Frame, corners: dict[int, Float]) -> Loop:
         curves = []

@@ -113,6 +113,12 @@ class Loop:
             tuple(not f for f in reversed(self.forward)),
         )
 
+    def start_at(self, k: int) -> Loop:
+        """The same loop, numbered from its k-th curve."""
+        return Loop(
+            self.curves[k:] + self.curves[:k], self.edges[k:] + self.edges[:k], self.forward[k:] + self.forward[:k]
+        )
+
     def transform(self, matrix: ArrayLike, offset: ArrayLike = (0.0, 0.0)) -> Loop:
         """Image under ``x -> matrix x + offset``; a mirror image runs the other way round."""
         curves = [c.transform(matrix, offset) for c in self.curves]

@@ -85,6 +85,26 @@ class Region:
             count += len(loop)
         return cls(loops[0], tuple(loops[1:]), name)
 
+    def canonical(self) -> Region:
+        """The same region, numbered by its shape alone and not by how a modeller came to it.
+
+        Each loop starts at its leftmost (then lowest) vertex; holes stand by falling area, then by
+        that vertex. Differences below 1e-9 of the diagonal do not count.
+        """
+        step = 1e-9 * self.diagonal
+
+        def place(loop: Loop, k: int) -> tuple[float, ...]:
+            return tuple(np.round(np.asarray(loop.curves[k].start) / step).tolist())
+
+        def turned(loop: Loop) -> Loop:
+            return loop.start_at(min(range(len(loop)), key=lambda k: place(loop, k)))
+
+        holes = sorted(
+            (turned(hole) for hole in self.holes),
+            key=lambda hole: (round(hole.signed_area / (step * self.diagonal)), place(hole, 0)),
+        )
+        return Region(turned(self.outer), tuple(holes), self.name)
+
     @property
     def loops(self) -> tuple[Loop, ...]:
         """The outer loop, then the holes."""
