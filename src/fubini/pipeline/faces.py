@@ -29,7 +29,7 @@ SPLIT_SHARED_FROM = 2
 MOST_SPLITS = 4
 #: Moves that the optimiser may attempt on a face: so many, and so many more for each triangle. Another lattice or
 #: a finer boundary helps more than a longer search.
-MOVES, MOVES_EACH = 3_000, 20
+MOVES, MOVES_EACH = 50_000, 400
 #: Corners so little (degrees) above what one triangle can cover leave no choice for its legs.
 TIGHT = 3.0
 #: Fewer triangles than this inside do not pay for a strip of their own.

@@ -13,11 +13,6 @@ import numpy as np
 from fubini._jit import kernel
 from fubini.tracks._kernels import evaluate_one
 
-#: A protected end may be this much longer than the size at its vertex. In a cusp the nodes after the leg are
-#: tiny, so other faces at the vertex ask for little more than the growth times the leg; a leg cut down to that
-#: would shrink for ever. The growth 0.35 times this is above one.
-LEG_OVER_SIZE = 3.0
-
 
 @kernel(allocates=True)
 def turning_sizes(x, s, turn, out):
@@ -69,8 +64,7 @@ def grade(first, s, h, ends, radius, vertex_size, g):
     """Limit the growth of sizes along all edges and through the vertices that they share.
 
     ends (e, 2): vertices; radius (e, 2): protected length at each end, 0 for none. A protected end
-    takes part at its vertex with its radius alone, and its radius never exceeds ``LEG_OVER_SIZE`` times the
-    vertex size.
+    takes part at its vertex with its radius alone, and its radius never exceeds the vertex size.
     ``h``, ``radius`` and ``vertex_size`` (v,) change in place. Returns the number of sweeps.
     """
     edges = first.shape[0] - 1
@@ -82,8 +76,8 @@ def grade(first, s, h, ends, radius, vertex_size, g):
                 v = ends[e, i]
                 at = a if i == 0 else b
                 if radius[e, i] > 0.0:
-                    if radius[e, i] > LEG_OVER_SIZE * vertex_size[v]:
-                        radius[e, i] = LEG_OVER_SIZE * vertex_size[v]
+                    if radius[e, i] > vertex_size[v]:
+                        radius[e, i] = vertex_size[v]
                         changed = True
                     elif radius[e, i] < vertex_size[v]:
                         vertex_size[v] = radius[e, i]
