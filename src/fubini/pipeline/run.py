@@ -21,7 +21,9 @@ from fubini.pipeline.faces import FaceMesher, FaceResult
 from fubini.pipeline.names import name_mesh, resolve_names
 from fubini.pipeline.options import MeshOptions, Progress, check_count, pick_size
 from fubini.pipeline.pattern import PatternPoints, pattern_points
+from fubini.pipeline.plane import plane_model
 from fubini.pipeline.sizes import face_sizes, size_options
+from fubini.region import Region
 from fubini.result import Certificate, Mesh
 from fubini.sampling.boundary import BoundarySizing, Outline
 from fubini.tracks import evaluate
@@ -34,7 +36,8 @@ def load(source: Any, **reading: Any) -> Model:
     Parameters
     ----------
     source : a path to .step, .stp, .brep, .iges, .igs, .dxf, .svg or .FCStd; a live build123d or
-        CadQuery object; a ``TopoDS_Shape``; or a ``Model``, which is returned as it is.
+        CadQuery object; a ``TopoDS_Shape``; a ``Region`` or a list of them, which needs no CAD kernel (see
+        ``fubini.pipeline.plane``); or a ``Model``, which is returned as it is.
     reading : options of ``fubini.cad.load``: ``groups`` (names for live sub-shapes), ``gap`` (tolerance
         between ends of loose entities in drawings), ``check`` (whether outlines are validated), ``sew``
         (distance within which edges of different faces are joined), ``imprint`` (whether parts that touch
@@ -50,9 +53,23 @@ def load(source: Any, **reading: Any) -> Model:
         if reading.get("imprint") or reading.get("sew") is not None:
             raise OptionError("a model that is read already cannot be sewn or imprinted", fix="say so in load")
         return source
+    if isinstance(source, Region) or _are_regions(source):
+        return _load_regions(source, **reading)
     from fubini.cad import load as read
 
     return read(source, **reading)
+
+
+def _are_regions(source: Any) -> bool:
+    return isinstance(source, list | tuple) and len(source) > 0 and all(isinstance(s, Region) for s in source)
+
+
+def _load_regions(source: Any, check: bool = True, **reading: Any) -> Model:
+    """Plane regions, with the only option of reading that concerns them."""
+    asked = sorted(name for name, value in reading.items() if value)
+    if asked:
+        raise OptionError(f"{asked[0]} does not apply to plane regions", fix="leave it out")
+    return plane_model(source, check)
 
 
 def mesh(
