@@ -24,7 +24,7 @@ from peers import FACES, TOOLS
 
 COLUMNS = (
     "face", "count", "tool", "triangles", "flawed", "unavoidable", "worst_skew", "mean_skew", "worst_ar", "mean_ar",
-    "boundary_distance", "area_error", "cpu", "wall", "memory", "ratio", "error",
+    "boundary_distance", "area_error", "cpu", "cpu_all", "wall", "memory", "ratio", "error",
 )  # fmt: skip
 
 
@@ -62,7 +62,7 @@ def compare(face: str, count: int, workers: dict[str, Worker]) -> list[dict]:
             if turn < 3 or done[0]["cpu"] < 2.0:
                 done.append(workers[tool].ask(face, count, rows[tool]["size"]))
     for tool, done in times.items():
-        for key in ("cpu", "wall", "memory"):
+        for key in ("cpu", "cpu_all", "wall", "memory"):
             rows[tool][key] = statistics.median(row[key] for row in done)
     ours = rows.get("fubini", {}).get("cpu")
     for tool, row in rows.items():

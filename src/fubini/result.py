@@ -170,7 +170,8 @@ class Mesh:
     edge_of_segment : (k,) int32, CAD edge index.
     face_names, edge_names : names from the source by CAD index.
     certificate : the figures and the verdict.
-    seconds : time by stage.
+    seconds : wall time by stage.
+    cpu_seconds : CPU time of the process by stage.
     size : wanted edge length.
     model : the model that was meshed.
     t_of_segment : (k, 2) parameters of the two ends on the CAD edge, from 0 to 1 along it; None where unknown.
@@ -193,6 +194,7 @@ class Mesh:
     certificate: Certificate
     size: float
     seconds: Mapping[str, float] = field(default_factory=dict)
+    cpu_seconds: Mapping[str, float] = field(default_factory=dict, repr=False)
     model: Model | None = field(default=None, repr=False)
     t_of_segment: Float | None = field(default=None, repr=False)
     regions: Mapping[str, Int] = field(default_factory=dict, repr=False)

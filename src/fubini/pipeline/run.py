@@ -145,7 +145,7 @@ def mesh(
     clock.lap("certificate")
     named = name_mesh(model, whole, wanted)
     clock.lap("names")
-    result = _mesh_value(model, whole, named, verdict, length, clock.seconds)
+    result = _mesh_value(model, whole, named, verdict, length, clock)
     if order == 2:
         result = result.elevate()
         clock.lap("second order")
@@ -278,7 +278,7 @@ def _certify(
 
 
 def _mesh_value(
-    model: Model, whole: Assembly, named: Names, verdict: Certificate, size: float, seconds: dict[str, float]
+    model: Model, whole: Assembly, named: Names, verdict: Certificate, size: float, clock: _Clock
 ) -> Mesh:
     """The finished mesh with read-only arrays."""
     arrays: list[NDArray[Any]] = [whole.points, whole.triangles, whole.face_of_triangle]
@@ -297,7 +297,8 @@ def _mesh_value(
         edge_names={i: e.name for i, e in model.edges.items() if e.name},
         certificate=verdict,
         size=size,
-        seconds=seconds,
+        seconds=clock.seconds,
+        cpu_seconds=clock.cpu_seconds,
         model=model,
         t_of_segment=whole.t_of_segment,
         regions=named.regions,
@@ -307,13 +308,14 @@ def _mesh_value(
 
 
 class _Clock:
-    """Seconds by stage."""
+    """Wall and CPU seconds by stage."""
 
     def __init__(self) -> None:
         self.seconds: dict[str, float] = {}
-        self._last = time.perf_counter()
+        self.cpu_seconds: dict[str, float] = {}
+        self._last = time.perf_counter(), time.process_time()
 
     def lap(self, stage: str) -> None:
-        now = time.perf_counter()
-        self.seconds[stage] = now - self._last
+        now = time.perf_counter(), time.process_time()
+        self.seconds[stage], self.cpu_seconds[stage] = now[0] - self._last[0], now[1] - self._last[1]
         self._last = now
