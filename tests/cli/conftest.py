@@ -64,3 +64,21 @@ def cylinder_file(tmp_path_factory) -> Path:
     from OCP.BRepPrimAPI import BRepPrimAPI_MakeCylinder
 
     return _write(BRepPrimAPI_MakeCylinder(1.0, 2.0).Shape(), tmp_path_factory.mktemp("cad") / "cylinder.brep")
+
+
+@pytest.fixture(scope="session")
+def plate_file(tmp_path_factory) -> Path:
+    """A STEP file: plate of 6 x 4 x 1 with a hole of radius 1 through it."""
+    pytest.importorskip("OCP")
+    from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakeCylinder
+    from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
+    from OCP.STEPControl import STEPControl_StepModelType, STEPControl_Writer
+
+    tool = BRepPrimAPI_MakeCylinder(gp_Ax2(gp_Pnt(3, 2, -1), gp_Dir(0, 0, 1)), 1.0, 3.0).Shape()
+    writer = STEPControl_Writer()
+    writer.Transfer(BRepAlgoAPI_Cut(BRepPrimAPI_MakeBox(6.0, 4.0, 1.0).Shape(), tool).Shape(),
+                    STEPControl_StepModelType.STEPControl_AsIs)  # fmt: skip
+    path = tmp_path_factory.mktemp("cad") / "plate.step"
+    writer.Write(str(path))
+    return path

@@ -85,3 +85,31 @@ def test_size_field_is_followed_inside():
 def test_senseless_sizes_of_parts_are_refused(options):
     with pytest.raises(OptionError):
         fubini.mesh(regions.model_of(regions.square()), 0.2, **options)
+
+
+def test_parts_are_selected_by_name_text_and_predicate():
+    region = regions.square()
+    by_name = mesh_of(region, 0.2, names={"floor": "edge 0"}, edge_size={"floor": 0.02})
+    by_text = mesh_of(region, 0.2, edge_size={"edges 0": 0.02})
+    by_place = mesh_of(region, 0.2, edge_size={lambda x, y, z: y < 1e-9: 0.02})
+    by_number = mesh_of(region, 0.2, edge_size={0: 0.02})
+    for mesh in (by_name, by_text, by_place):
+        np.testing.assert_array_equal(mesh.points, by_number.points)
+    corner = mesh_of(region, 0.2, vertex_size={lambda x, y, z: x + y < 0.1: 0.005})
+    np.testing.assert_array_equal(corner.points, mesh_of(region, 0.2, vertex_size={0: 0.005}).points)
+    finer = mesh_of(region, 0.2, face_size={lambda x, y, z: x < 2: 0.05})
+    np.testing.assert_array_equal(finer.points, mesh_of(region, 0.2, face_size={0: 0.05}).points)
+
+
+def test_of_several_wishes_the_finest_is_met():
+    mesh = mesh_of(regions.square(), 0.2, edge_size={0: 0.1, "0-1": 0.03}, edge_segments={"2,3": 9, 2: 31, "2": 5})
+    assert on_edge(mesh, 0).max() < 0.05
+    assert on_edge(mesh, 1).max() < 0.05
+    assert len(on_edge(mesh, 2)) >= 31 > len(on_edge(mesh, 3)) >= 9
+
+
+@pytest.mark.parametrize("turn", [3, 10, 30])
+def test_turn_of_a_full_circle(turn):
+    region = regions.Region.from_loops([regions.loop([(-2, -2), (2, -2), (2, 2), (-2, 2)]), regions.circle(0, 0, 1)])
+    mesh = mesh_of(region, 1.0, turn=turn)
+    assert len(on_edge(mesh, 4)) == pytest.approx(360 / turn, rel=0.06)

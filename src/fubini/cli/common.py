@@ -42,6 +42,24 @@ class FaceList(click.ParamType):
         return tuple(sorted(found))
 
 
+class PartValue(click.ParamType):
+    """A value for parts of the model, as ``bore=0.2`` or ``3,5-7=0.2``."""
+
+    name = "value"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str, float]:
+        """What stands before the last equals sign, and the number after it."""
+        if isinstance(value, tuple):
+            return value
+        what, _, number = str(value).rpartition("=")
+        try:
+            if not what.strip():
+                raise ValueError
+            return what.strip(), float(number)
+        except ValueError:
+            self.fail(f'{value!r} is not WHAT=NUMBER, such as "bore=0.2" or "3,5-7=0.2"', param, ctx)
+
+
 def check_outputs(source: str, paths: Sequence[str]) -> None:
     """Raise where an output cannot be written, is named twice, or is the input itself."""
     from fubini.errors import ExportError

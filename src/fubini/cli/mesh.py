@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,6 +11,7 @@ import click
 
 from fubini.cli.common import (
     FaceList,
+    PartValue,
     Progress,
     check_outputs,
     dump_json,
@@ -40,8 +42,16 @@ if TYPE_CHECKING:
               help="Triangles at or above this aspect ratio are flawed.")  # fmt: skip
 @click.option("--growth", type=float, default=1.5, show_default=True, metavar="G",
               help="Largest ratio of neighbouring edge lengths.")  # fmt: skip
+@click.option("--turn", type=float, default=43.0, show_default=True, metavar="D",
+              help="Largest turning (degrees) of a curve along one segment.")  # fmt: skip
 @click.option("--segments-per-turn", type=int, metavar="N", help="Least number of segments on a full circle.")
 @click.option("--chord-tolerance", type=float, metavar="D", help="Largest distance of the mesh from a curved edge.")
+@click.option("--edge-size", type=PartValue(), multiple=True, metavar="WHAT=H",
+              help='Smaller size on edges: a name, or indices as "3,5-7=0.2"; may be repeated.')  # fmt: skip
+@click.option("--face-size", type=PartValue(), multiple=True, metavar="WHAT=H", help="Smaller size on faces.")
+@click.option("--vertex-size", type=PartValue(), multiple=True, metavar="WHAT=H", help="Smaller size at vertices.")
+@click.option("--edge-segments", type=PartValue(), multiple=True, metavar="WHAT=N",
+              help="Least number of segments on edges.")  # fmt: skip
 @click.option("--order", type=click.IntRange(1, 2), default=1, show_default=True,
               help="Nodes on the corners only, or on the sides too (true to the curves).")  # fmt: skip
 @click.option("--name", "named", metavar="NAME=WHAT", multiple=True,
@@ -71,6 +81,8 @@ def mesh(
         raise click.UsageError("--faces and --select exclude each other")
     _check_paths(source, outputs, json_path, picture)
     names = _names(named)
+    for option in ("edge_size", "face_size", "vertex_size", "edge_segments"):
+        options[option] = _by_part(options[option], max if option == "edge_segments" else min)
     with stdout_to_stderr(json_path == "-"):
         import fubini
 
@@ -98,6 +110,14 @@ def _names(named: tuple[str, ...]) -> dict[str, str]:
         if name.strip() in found:
             raise click.UsageError(f"--name {name.strip()!r} is given twice")
         found[name.strip()] = what
+    return found
+
+
+def _by_part(given: tuple[tuple[str, float], ...], finer: Callable[..., float]) -> dict[str, float]:
+    """Values by part; of two for the same part the one that asks for finer elements."""
+    found: dict[str, float] = {}
+    for what, value in given:
+        found[what] = finer(value, found.get(what, value))
     return found
 
 

@@ -31,8 +31,9 @@ class MeshOptions:
     turn : largest turning of the tangent along one boundary segment, degrees.
     segments_per_turn : least number of segments that a full turn of a curve is given; None leaves it to ``turn``.
     chord_tolerance : largest distance of a boundary segment from its curve, model units; None for no limit.
-    edge_size, face_size, vertex_size : smaller sizes on single parts, by CAD index; edges and faces also by name.
-    edge_segments : least number of segments on single edges, by CAD index or name.
+    edge_size, face_size, vertex_size : smaller sizes on single parts, by CAD index, name (of the source or of
+        ``names=``), text such as ``"edges 3,5-7"``, or a predicate ``p(x, y, z)`` on points of the part.
+    edge_segments : least number of segments on single edges, likewise.
     size_field : ``f(points (n, 3)) -> (n,)``, edge lengths in space; sizes are the least of all that is asked.
     attempts : lattices tried on a face before its boundary is made finer.
     rounds : how many times the boundary of a face may be made finer.
@@ -46,10 +47,10 @@ class MeshOptions:
     turn: float = 43.0
     segments_per_turn: int | None = None
     chord_tolerance: float | None = None
-    edge_size: Mapping[int | str, float] = field(default_factory=dict)
-    face_size: Mapping[int | str, float] = field(default_factory=dict)
-    vertex_size: Mapping[int, float] = field(default_factory=dict)
-    edge_segments: Mapping[int | str, float] = field(default_factory=dict)
+    edge_size: Mapping[Any, float] = field(default_factory=dict)
+    face_size: Mapping[Any, float] = field(default_factory=dict)
+    vertex_size: Mapping[Any, float] = field(default_factory=dict)
+    edge_segments: Mapping[Any, float] = field(default_factory=dict)
     size_field: Callable[[Any], Any] | None = None
     attempts: int = 6
     rounds: int = 5

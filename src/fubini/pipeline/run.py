@@ -132,10 +132,10 @@ def mesh(
     length = min(checked.size, model.diagonal) if checked.size is not None else pick_size(model)
     check_count(model, length)
     outlines, edge_ids, ends = outline_faces(model)
-    sizing = BoundarySizing(outlines, ends, size_options(model, outlines, edge_ids, length, checked))
+    sizing = BoundarySizing(outlines, ends, size_options(model, outlines, edge_ids, length, checked, wanted))
     with in_model_terms(model, edge_ids):
         pattern = lay_pattern(model, outlines, checked.pattern)
-        mesher = FaceMesher(sizing, face_sizes(model, length, checked), checked, pattern)
+        mesher = FaceMesher(sizing, face_sizes(model, length, checked, wanted), checked, pattern)
         clock.lap("boundary")
         results = mesher.run(progress)
     clock.lap("faces")

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+import math
+from collections.abc import Callable
 from functools import partial
 from typing import Any
 
@@ -11,46 +12,57 @@ from numpy.typing import NDArray
 
 from fubini.errors import OptionError
 from fubini.model import Face, Model
+from fubini.pipeline.names import Wanted
 from fubini.pipeline.options import MeshOptions
+from fubini.pipeline.parts import by_part
 from fubini.sampling.boundary import Outline, SizeOptions
 
 Float = NDArray[np.float64]
 
 
 def size_options(
-    model: Model, outlines: list[Outline], edge_ids: NDArray[np.int64], size: float, options: MeshOptions
+    model: Model,
+    outlines: list[Outline],
+    edge_ids: NDArray[np.int64],
+    size: float,
+    options: MeshOptions,
+    wanted: Wanted | None = None,
 ) -> SizeOptions:
     """What the boundary discretisation is asked, in running numbers of edges and vertices.
 
-    Raises OptionError for an edge, face or vertex that the model does not have.
+    ``wanted`` : names of the user. Raises OptionError for an edge, face or vertex that the model does not have.
     """
     number = {int(e): i for i, e in enumerate(edge_ids)}
-    by_edge = {number[e]: h for e, h in _parts(model.edges.values(), options.edge_size, "edge", number).items()}
-    counts = {number[e]: int(n) for e, n in _parts(model.edges.values(), options.edge_segments, "edge", number).items()}
-    for outline, h in zip(outlines, face_sizes(model, size, options), strict=True):
+    edges, segments, vertices = (
+        by_part(model, f"{what}_{of}", what, asked, wanted or {})
+        for what, of, asked in (
+            ("edge", "size", options.edge_size),
+            ("edge", "segments", options.edge_segments),
+            ("vertex", "size", options.vertex_size),
+        )
+    )
+    by_edge = {number[e]: h for e, h in edges.items()}
+    for outline, h in zip(outlines, face_sizes(model, size, options, wanted), strict=True):
         for e in outline.edges.tolist():
             by_edge[e] = min(by_edge.get(e, size), h)
     corners = np.array([(model.edges[int(e)].start, model.edges[int(e)].end) for e in edge_ids])
     vertex = {v: i for i, v in enumerate(np.unique(corners).tolist())}
-    missing = sorted(set(options.vertex_size) - set(vertex))
-    if missing:
-        raise OptionError(f"vertex_size: no vertex {missing[0]} on a planar face", file=model.source)
     return SizeOptions(
         size,
         gradient=options.gradient,
         turn=options.largest_turn,
         edge_size=by_edge,
-        edge_segments=counts,
-        vertex_size={vertex[v]: h for v, h in options.vertex_size.items()},
+        edge_segments={number[e]: math.ceil(n) for e, n in segments.items()},
+        vertex_size={vertex[v]: h for v, h in vertices.items()},
         chord_tolerance=options.chord_tolerance,
         keep_turn=options.segments_per_turn is not None,
         fields=face_fields(model, options),
     )
 
 
-def face_sizes(model: Model, size: float, options: MeshOptions) -> list[float]:
+def face_sizes(model: Model, size: float, options: MeshOptions, wanted: Wanted | None = None) -> list[float]:
     """Asked size of every face: its own where one is given, never above ``size``."""
-    asked = _parts(model.faces, options.face_size, "face", {f.index for f in model.faces})
+    asked = by_part(model, "face_size", "face", options.face_size, wanted or {})
     return [min(size, asked.get(face.index, size)) for face in model.faces]
 
 
@@ -71,16 +83,3 @@ def _sizes_at(function: Callable[[Float], Any], face: Face, points: Float) -> Fl
     if not (sizes > 0.0).all():
         raise OptionError("size_field gives a size that is not positive", fix="return edge lengths above 0")
     return sizes
-
-
-def _parts(parts: Iterable[Any], asked: Mapping[int | str, float], what: str, known: Any) -> dict[int, float]:
-    """Values by CAD index; a name stands for all parts of that name, the least value wins."""
-    every = list(parts)
-    out: dict[int, float] = {}
-    for key, value in asked.items():
-        found = [p.index for p in every if p.index in known and (p.name if isinstance(key, str) else p.index) == key]
-        if not found:
-            raise OptionError(f"no {what} {key!r} on a planar face", fix="see fubini info for indices and names")
-        for index in found:
-            out[index] = min(out.get(index, value), value)
-    return out

@@ -34,6 +34,8 @@ LEG_SHARE = 0.34
 GRID_BITS = 32
 #: A gap is resolved when the nodes beside it are no further apart than the wanted size over this.
 RESOLVED = 0.85
+#: Curves are sampled more densely where segments are to turn by less than this (radians), up to so many samples.
+FINE_TURN, MOST_SAMPLES = 0.75, 16385
 #: Crossing chords looked at in one round.
 MOST_CROSSINGS = 200
 
@@ -546,6 +548,7 @@ def sample_track(tracks: Tracks, j: int, turn: float) -> tuple[Float, Float, Flo
     n = 129
     if tracks.kinds[j] == 2:
         n = int(np.clip(16 * tracks.data[tracks.offsets[j] + 4] + 1, 65, 4097))
+    n = min(MOST_SAMPLES, (n - 1) * max(1, math.ceil(FINE_TURN / turn)) + 1)
     t = np.linspace(0.0, 1.0, n)
     x = evaluate(tracks, j, t)
     s = np.zeros(n)
