@@ -18,7 +18,7 @@ from fubini._jit import inner, kernel
 EPSILON = 2.0**-53
 CCW_ERROR = (3.0 + 16.0 * EPSILON) * EPSILON
 ICC_ERROR = (10.0 + 96.0 * EPSILON) * EPSILON
-#: Double-double in-circle of exact differences: about 40 roundings of 2**-104 each, generously 2**-96.
+#: Double-double in-circle: about 60 roundings of 2**-104 each, generously 2**-96.
 ICC_ERROR_DOUBLE = 2.0**-96
 SPLITTER = 2.0**27 + 1.0
 
@@ -117,12 +117,12 @@ def orient(ax, ay, bx, by, cx, cy):
 
 
 @inner
-def double_cross(a, b, c, d):
-    """a b + c d of doubles as a double-double."""
+def double_cross(a, al, b, bl, c, cl, d, dl):
+    """a b + c d as a double-double, each factor a double and the small rest (.l) that rounding took from it."""
     p, e = two_product(a, b)
     q, f = two_product(c, d)
     s, g = two_sum(p, q)
-    return two_sum(s, g + (e + f))
+    return two_sum(s, g + ((e + (a * bl + al * b)) + (f + (c * dl + cl * d))))
 
 
 @inner
@@ -132,20 +132,24 @@ def mirrored(au, av, bu, bv, cu, cv, du, dv):
 
 
 @inner
-def double_in_circle(ax, ay, bx, by, cx, cy):
-    """In-circle determinant of differences to the fourth point, in double-double.
-
-    Returns the determinant, or zero where its error bound cannot decide the sign.
-    """
+def double_in_circle(ax, ay, bx, by, cx, cy, dx, dy):
+    """In-circle determinant in double-double, or zero where its error bound cannot decide the sign."""
+    ax, axl = two_sum(ax, -dx)
+    ay, ayl = two_sum(ay, -dy)
+    bx, bxl = two_sum(bx, -dx)
+    by, byl = two_sum(by, -dy)
+    cx, cxl = two_sum(cx, -dx)
+    cy, cyl = two_sum(cy, -dy)
     high, low, size = 0.0, 0.0, 0.0
     for _ in range(3):
-        lift, lift_low = double_cross(ax, ax, ay, ay)
-        minor, minor_low = double_cross(bx, cy, -by, cx)
+        lift, lift_low = double_cross(ax, axl, ax, axl, ay, ayl, ay, ayl)
+        minor, minor_low = double_cross(bx, bxl, cy, cyl, -by, -byl, cx, cxl)
         p, e = two_product(lift, minor)
         high, error = two_sum(high, p)
         low += error + (e + (lift * minor_low + lift_low * minor))
         size += lift * (abs(bx * cy) + abs(by * cx))
-        ax, ay, bx, by, cx, cy = bx, by, cx, cy, ax, ay
+        ax, axl, bx, bxl, cx, cxl = bx, bxl, cx, cxl, ax, axl
+        ay, ayl, by, byl, cy, cyl = by, byl, cy, cyl, ay, ayl
     det = high + low
     return det if abs(det) > ICC_ERROR_DOUBLE * size else 0.0
 
@@ -160,19 +164,9 @@ def close_in_circle(ax, ay, bx, by, cx, cy, dx, dy):
         or mirrored(ay, ax, cy, cx, by, bx, dy, dx)
     ):
         return 0.0
-    aex, tail = two_sum(ax, -dx)
-    aey, tail_next = two_sum(ay, -dy)
-    tails = abs(tail) + abs(tail_next)
-    bex, tail = two_sum(bx, -dx)
-    bey, tail_next = two_sum(by, -dy)
-    tails += abs(tail) + abs(tail_next)
-    cex, tail = two_sum(cx, -dx)
-    cey, tail_next = two_sum(cy, -dy)
-    tails += abs(tail) + abs(tail_next)
-    if tails == 0.0:
-        det = double_in_circle(aex, aey, bex, bey, cex, cey)
-        if det != 0.0:
-            return det
+    det = double_in_circle(ax, ay, bx, by, cx, cy, dx, dy)
+    if det != 0.0:
+        return det
     return exact_determinant(ax, ay, bx, by, cx, cy, dx, dy, IN_CIRCLE_STEPS)
 
 

@@ -1,7 +1,7 @@
 """The optimiser: moves, flips, refinement, the loop (see docs, theory of the optimiser)."""
 
-from fubini.optimise.loop import optimise
+from fubini.optimise.loop import optimise, refine_and_optimise
 from fubini.optimise.options import OptimiseOptions, OptimiseOutcome
 from fubini.optimise.refine import refine
 
-__all__ = ["OptimiseOptions", "OptimiseOutcome", "optimise", "refine"]
+__all__ = ["OptimiseOptions", "OptimiseOutcome", "optimise", "refine", "refine_and_optimise"]

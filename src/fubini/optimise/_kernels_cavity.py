@@ -17,6 +17,7 @@ from fubini._jit import inner
 from fubini.optimise._kernels_fill import choose_fill
 from fubini.optimise._kernels_quality import is_flawed, triangle_cost
 from fubini.optimise._kernels_state import (
+    ATTEMPTS,
     FREED,
     LIMIT,
     NODES,
@@ -316,6 +317,7 @@ def commit(S, W, m, k, n, inner):
             v = W.poly[W.fill[a, i]]
             S.tri[W.fan[a], i] = v
             S.tri_of[v] = W.fan[a]
+            S.moved[v] = S.counts[ATTEMPTS]
     link(S, W, k, n)
     for a in range(n):
         enqueue(S, W.fan[a])

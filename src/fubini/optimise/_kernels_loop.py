@@ -2,27 +2,38 @@
 
 from __future__ import annotations
 
+import math
+
 from fubini._jit import inner, kernel
 from fubini.optimise._kernels_moves import CLASSES, LEVELS, mend, patch_nodes
 from fubini.optimise._kernels_quality import covers_corner, is_flawed, triangle_cost, triangle_quality
 from fubini.optimise._kernels_state import (
+    AFTER,
     ATTEMPTS,
+    BEFORE,
     BUDGET,
+    EXCESS,
+    FLOOR,
+    HARD,
     KICK,
+    LEVEL,
+    LOW,
     NODES,
     PATCH,
     QUEUED,
     RANDOM,
     SEGMENTS,
+    SOFT,
     TRIANGLES,
+    WEIGHT,
 )
 
 #: a move is made when the cost falls by more than this
 FALL = 0.01
-#: what ``sweep`` reports: nothing flawed, some left, no room in the arrays, budget spent
+#: what ``drive`` reports: nothing flawed, some left, no room in the arrays, budget spent
 DONE, STUCK, FULL, SPENT = 0, 1, 2, 3
-#: what ``sweep`` does
-MEND, COUNT, RELAX, DISTURB = 0, 1, 2, 3
+#: what ``drive`` does
+MEND, COUNT, RELAX, DISTURB, WHOLE, POLISH = range(6)
 
 
 @inner
@@ -132,13 +143,21 @@ def random_step(S, W, task):
     return CLASSES[which], CLASSES[which + 1], fall
 
 
-@kernel
-def sweep(S, W, task, level):
+@inner
+def unchanged(S, t, since):
+    """Whether all cheap moves on triangle t failed after attempt ``since``, and nothing near it changed later."""
+    last = max(S.moved[S.tri[t, 0]], max(S.moved[S.tri[t, 1]], S.moved[S.tri[t, 2]]))
+    return S.tried[t] > since and last <= S.tried[t]
+
+
+@inner
+def sweep(S, W, task, level, since):
     """One round of the loop. Returns (status, moves made, total cost); the queue holds what is still flawed.
 
     task : MEND, the queued triangles, each once, worst first, by moves up to ``level``; the cost is not
     computed. COUNT, nothing but the cost and the queue. RELAX or DISTURB, a step of the search; cost and queue are
     computed anew. Only MEND takes less time than in proportion to the number of triangles.
+    ``since`` : attempts made when the descent began, from which on MEND knows what it tried.
     """
     number, first, last, fall = 0, 0, LEVELS[level], FALL
     if task == MEND:
@@ -157,9 +176,135 @@ def sweep(S, W, task, level):
         if status == STUCK and S.counts[ATTEMPTS] > S.counts[BUDGET]:
             status = SPENT
         if status == STUCK and S.tri[t, 0] >= 0 and (task != MEND or is_flawed(S, t)):
+            start = LEVELS[0] if task == MEND and unchanged(S, t, since) else first
+            done = 0
             for _ in range(4 if task == RELAX else 1):
-                moves += mend(S, W, t, first, last, fall, task == RELAX)
+                done += mend(S, W, t, start, last, fall, task == RELAX)
+            if done == 0:
+                S.tried[t] = S.counts[ATTEMPTS]
+            moves += done
         keep(S, t)
     if task != MEND:
         return status, moves, requeue(S)
     return DONE if number == 0 else status, moves, 0.0
+
+
+@inner
+def run(S, W, task, top):
+    """A step of the search, or the queued triangles mended until no move up to level ``top`` lowers the cost.
+
+    Returns (status, total cost; 0 for MEND). A descent that was FULL goes on where it stopped.
+    """
+    since = S.counts[ATTEMPTS]
+    while True:
+        status, moves, total = sweep(S, W, task, S.counts[LEVEL], since)
+        if task == MEND and status == FULL:
+            return FULL, total
+        if task != MEND or status != STUCK or (moves == 0 and S.counts[LEVEL] == top):
+            S.counts[LEVEL] = 0
+            return status, total
+        if moves == 0:
+            S.counts[LEVEL] += 1
+
+
+@inner
+def excuse(S, n):
+    """Put those of the n triangles S.low that unavoidable corners excuse, one each, last; their number."""
+    kept = 0
+    for q in range(n):
+        t = S.low[q]
+        excused = False
+        for i in range(3):
+            v = S.tri[t, i]
+            if not excused and S.sharp[v] == 1:
+                excused = True
+                for z in range(kept, q):
+                    excused = excused and S.stack[z] != v
+                if excused:
+                    S.stack[q] = v
+        if not excused:
+            S.low[q], S.low[kept] = S.low[kept], t
+            S.stack[q] = S.stack[kept]
+            kept += 1
+    return n - kept
+
+
+@inner
+def survey(S, bound):
+    """Note the triangles below ``bound`` in S.low, queue those below the soft bound; how many none excuses."""
+    n = S.counts[BEFORE] = S.counts[QUEUED] = 0
+    for t in range(S.counts[TRIANGLES]):
+        if S.tri[t, 0] >= 0:
+            f = triangle_quality(S, t)
+            if f < bound:
+                S.low[n] = t
+                n += 1
+                if f < S.rule[SOFT]:
+                    keep(S, t)
+                if f < S.rule[HARD]:
+                    S.counts[BEFORE] += 1
+    S.counts[LOW] = n
+    return n - excuse(S, n)
+
+
+@inner
+def polish(S, W, goals, share):
+    """Raise the triangles S.low to each goal in turn by flips and shifts; no triangle falls below the bound again.
+
+    At most ``share`` times 4000 attempts, and 200 for the square root of the number of triangles; an equal part of them
+    for each goal. Needs room for no more than one move.
+    """
+    effort = share * (4000.0 + 200.0 * math.sqrt(S.counts[TRIANGLES]))
+    spent, budget = S.counts[ATTEMPTS], S.counts[BUDGET]
+    soft, weight, floor = S.rule[SOFT], S.rule[WEIGHT], S.rule[FLOOR]
+    S.rule[FLOOR] = soft
+    for i in range(goals.shape[0]):
+        S.rule[SOFT], S.rule[WEIGHT] = goals[i], 1.0 / (1.0 - goals[i])
+        S.counts[BUDGET] = spent + int(effort * (i + 1) / goals.shape[0])
+        S.counts[QUEUED] = 0
+        for q in range(S.counts[LOW]):
+            keep(S, S.low[q])
+        run(S, W, MEND, 0)
+    S.rule[SOFT], S.rule[WEIGHT], S.rule[FLOOR] = soft, weight, floor
+    S.counts[ATTEMPTS], S.counts[BUDGET] = spent, budget
+
+
+@inner
+def judge(S):
+    """Count the flawed triangles and those beyond the unavoidable, which come first in S.low."""
+    n = 0
+    for t in range(S.counts[TRIANGLES]):
+        if S.tri[t, 0] >= 0 and triangle_quality(S, t) < S.rule[HARD]:
+            S.low[n] = t
+            n += 1
+    S.counts[AFTER] = n
+    S.counts[EXCESS] = n - excuse(S, n)
+
+
+@kernel
+def drive(S, W, task, top, goals, share):
+    """The steps of the optimiser, in one kernel since all of them make moves. Returns (status, total cost).
+
+    task : MEND, COUNT, RELAX, DISTURB as ``run`` does them. WHOLE: survey, mend and, where that leaves nothing to
+    search for (the status is not STUCK), polish and judge. POLISH: polish and judge alone. Call again after FULL,
+    with larger arrays and MEND for the rest of a WHOLE. ``goals`` : ascending values of f, for WHOLE and POLISH;
+    ``share`` : of the effort spent on polishing.
+    """
+    status, total = DONE, 0.0
+    if task == WHOLE:
+        bound = goals[goals.shape[0] - 1] if goals.shape[0] > 0 else S.rule[SOFT]
+        if survey(S, bound) == 0:
+            S.counts[LOW] = 0
+            judge(S)
+            return DONE, 0.0
+        if S.counts[BUDGET] < 0:
+            S.counts[BUDGET] = 50000 + 4000 * S.counts[QUEUED]
+    if task < WHOLE or (task == WHOLE and S.counts[QUEUED] > 0):
+        status, total = run(S, W, MEND if task == WHOLE else task, top)
+    if task < WHOLE or status == STUCK or status == FULL:
+        return status, total
+    if not room(S):
+        return FULL, total
+    polish(S, W, goals, share)
+    judge(S)
+    return status, total

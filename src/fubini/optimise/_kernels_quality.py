@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from fubini._jit import inner, kernel
+from fubini._jit import inner
 from fubini.optimise._kernels_state import AR, FLOOR, SOFT, WAIVED, WEIGHT
 
 INVERTED = 1000.0
@@ -118,40 +118,3 @@ def is_flawed(S, t):
     if i < 0:
         return True
     return S.sharp[S.tri[t, i]] != 1 and f + S.rule[WAIVED] < S.rule[SOFT]
-
-
-@kernel
-def find_flawed(points, tri, bound, rule, out):
-    """Write the triangles with f below ``bound`` into out; return how many (at most len(out))."""
-    n = 0
-    for t in range(tri.shape[0]):
-        a, b, c = tri[t, 0], tri[t, 1], tri[t, 2]
-        if a < 0:
-            continue
-        f = quality(points[a, 0], points[a, 1], points[b, 0], points[b, 1], points[c, 0], points[c, 1], rule)
-        if f < bound:
-            if n < out.shape[0]:
-                out[n] = t
-            n += 1
-    return n
-
-
-@kernel
-def excess_flawed(tri, sharp, found, used):
-    """Take from found (n,) the flawed triangles that unavoidable corners excuse, one per corner.
-
-    ``used`` (N,) uint8 zeros, changed. Those that stay are moved to the front; returns their number.
-    """
-    n = 0
-    for q in range(found.shape[0]):
-        t = found[q]
-        excused = False
-        for i in range(3):
-            v = tri[t, i]
-            if not excused and sharp[v] == 1 and used[v] == 0:
-                used[v] = 1
-                excused = True
-        if not excused:
-            found[n] = t
-            n += 1
-    return n

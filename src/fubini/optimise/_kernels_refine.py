@@ -9,8 +9,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from fubini._jit import inner, kernel
 from fubini.optimise._kernels_cavity import local, new_node
 from fubini.optimise._kernels_loop import DONE, FULL
@@ -22,24 +20,6 @@ ROOT3 = math.sqrt(3.0)
 NODE_DISTANCE, SEGMENT_DISTANCE = 0.65, 0.5
 #: triangles looked at around a new point
 NEAR = 48
-
-
-@kernel(allocates=True)
-def prepare(points, tri, fixed, size, tri_of):
-    """Fill tri_of (n,) and, at interior nodes from ``fixed`` on, size (n,): the mean length of the edges there."""
-    number = np.empty(tri_of.shape[0], np.int32)
-    for v in range(number.shape[0]):
-        number[v] = 0
-    for t in range(tri.shape[0]):
-        for i in range(3):
-            a, b = tri[t, i], tri[t, (i + 1) % 3]
-            tri_of[a] = t
-            if a >= fixed:
-                size[a] += math.hypot(points[a, 0] - points[b, 0], points[a, 1] - points[b, 1])
-                number[a] += 1
-    for v in range(fixed, number.shape[0]):
-        if number[v] > 0:
-            size[v] /= number[v]
 
 
 @inner

@@ -6,10 +6,10 @@ import math
 
 from fubini._jit import inner
 from fubini.optimise._kernels_cavity import enqueue, local, star
-from fubini.optimise._kernels_fill import best_point, climb, lowest, star_cost
+from fubini.optimise._kernels_fill import EIGHTH, TURN_X, TURN_Y, best_point, climb, lowest, star_cost
 from fubini.optimise._kernels_quality import cost_of, filled_corner_cost, quality
 from fubini.optimise._kernels_region import region_point
-from fubini.optimise._kernels_state import RELOCATION, SLIDE, SOFT
+from fubini.optimise._kernels_state import ATTEMPTS, FLOOR, RELOCATION, SLIDE, SOFT
 from fubini.tracks._kernels import evaluate_one
 
 
@@ -30,20 +30,20 @@ def cheapest(W, k, x, y, step, rule):
     """Lower the cost of the closed star from (x, y) by compass search; (x, y, cost)."""
     cost = star_cost(W.rx, W.ry, k, x, y, rule)
     least = step * 0.01
-    turn = 0.2
+    dx, dy = step * math.cos(0.2), step * math.sin(0.2)
     while step > least:
         moved = False
-        for d in range(8):
-            u = x + step * math.cos(0.25 * math.pi * d + turn)
-            v = y + step * math.sin(0.25 * math.pi * d + turn)
+        for _ in range(8):
+            u, v = x + dx, y + dy
             c = star_cost(W.rx, W.ry, k, u, v, rule)
             if c < cost - 1e-6:
                 x, y, cost = u, v, c
                 moved = True
                 break
+            dx, dy = EIGHTH * (dx - dy), EIGHTH * (dx + dy)
         if not moved:
             step *= 0.5
-            turn += 0.37
+            dx, dy = TURN_X * dx - TURN_Y * dy, TURN_Y * dx + TURN_X * dy
     return x, y, cost
 
 
@@ -52,14 +52,14 @@ def valid_place(W, k, mean, rule):
     """A place of large lowest f for the node of the loaded closed ring: (x, y, lowest f).
 
     Uphill from where it is, then from the ring's middle, then from a point of the valid region in closed
-    form (method.md, section 5), whose emptiness settles the matter.
+    form (method.md, section 5), whose emptiness settles the matter; not where valid triangles are improved.
     """
     x, y, low = climb(W.rx, W.ry, k, 0.0, 0.0, 0.3 * mean, 0.3, rule)
     if low < rule[SOFT]:
         u, w, f = best_point(W.rx, W.ry, k, 0.3, rule)
         if f > low:
             x, y, low = u, w, f
-    if low < rule[SOFT] and k <= 9:
+    if low < rule[SOFT] and k <= 9 and rule[FLOOR] < -1.0:
         tau = (1.0 + rule[SOFT]) / (1.0 - rule[SOFT])
         found, u, w = region_point(W.rx, W.ry, k, tau, W.circles)
         if found:
@@ -163,7 +163,11 @@ def slide(S, W, v, fall):
 
 @inner
 def look_again(S, W, v):
-    """Queue what is flawed around node v, which has moved."""
+    """Queue what is flawed around node v, which has moved, and note that the triangles there have changed."""
     k, closed = star(S, W, v)
+    S.moved[v] = S.counts[ATTEMPTS]
     for q in range(k):
         enqueue(S, W.fan[q])
+        S.moved[W.ring[q]] = S.counts[ATTEMPTS]
+    if k > 0 and not closed:
+        S.moved[W.ring[k]] = S.counts[ATTEMPTS]

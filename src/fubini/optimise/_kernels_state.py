@@ -11,7 +11,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 # entries of State.counts
-NODES, TRIANGLES, SEGMENTS, FREED, QUEUED, STAMP, ATTEMPTS, BUDGET, RANDOM, INSERTED = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9
+NODES, TRIANGLES, SEGMENTS, FREED, QUEUED, STAMP, ATTEMPTS, BUDGET, RANDOM, INSERTED = range(10)
+#: level of a descent that ran out of room; triangles in State.low; flawed before, flawed now, beyond the unavoidable
+LEVEL, LOW, BEFORE, AFTER, EXCESS = range(10, 15)
 FIRST_MOVE = 16
 #: accepted moves, counted from ``FIRST_MOVE`` on in this order
 MOVES = (
@@ -49,6 +51,8 @@ class State(NamedTuple):
     queue, todo (2 M,) int32, key (2 M,) : triangles that a move left flawed, ``counts[QUEUED]`` of them; their order.
     stack (M,) int32 : triangles to make Delaunay.
     mark (M,) int32 : stamps of the cavity at hand.
+    low (M,) int32 : triangles to be raised, and in the end the flawed ones.
+    moved (N,), tried (M,) int32 : attempt that last changed the triangles at a node, that last failed on a triangle.
     track (K,) int32, t (K, 2), mode (K,) uint8 : of the segments; mode 255: removed.
     counts (32,) int64, rule (8,) float64 : see the names above.
     track_kinds, track_offsets, track_data : the tracks.
@@ -67,6 +71,9 @@ class State(NamedTuple):
     todo: Any
     key: Any
     mark: Any
+    low: Any
+    moved: Any
+    tried: Any
     track: Any
     t: Any
     mode: Any

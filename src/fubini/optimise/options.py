@@ -19,6 +19,7 @@ class OptimiseOptions:
     min_skew : degrees; every triangle is to have more. Below 90; beyond about 50 no promise is made.
     max_aspect_ratio : every triangle is to have less; only a bound below what ``min_skew`` implies costs time.
     budget : move attempts at most; None allows 50000 and 4000 for each flawed triangle.
+    budget_each : as many more for each triangle, where ``budget`` is given.
     growth : no move makes an inner edge, or a merged boundary edge, longer than this times the size wanted at its ends.
     max_sag : boundary nodes are merged away only where the chord stays within this share of its length.
     allow_splits : whether boundary segments may be split at all.
@@ -29,6 +30,7 @@ class OptimiseOptions:
     min_skew: float = MIN_SKEW
     max_aspect_ratio: float = MAX_ASPECT_RATIO
     budget: int | None = None
+    budget_each: int = 0
     growth: float = 1.5
     max_sag: float = 0.04
     allow_splits: bool = True
@@ -44,6 +46,10 @@ class OptimiseOptions:
             raise OptionError(f"growth is {self.growth}", fix="choose a number above 1")
         if self.budget is not None and self.budget < 0:
             raise OptionError(f"budget is {self.budget}", fix="choose 0 or more, or None")
+
+    def budget_of(self, triangles: int) -> int:
+        """Move attempts allowed in a mesh of so many triangles; -1 where their number is left to the optimiser."""
+        return -1 if self.budget is None else self.budget + self.budget_each * triangles
 
 
 @dataclass(frozen=True)

@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from fubini.errors import OptionError
-from fubini.optimise._kernels_state import INSERTED, NODES, TRIANGLES, work
+from fubini.optimise._kernels_state import INSERTED, NODES, TRIANGLES, State, work
 from fubini.optimise.options import OptimiseOptions
-from fubini.optimise.state import build_state, extend_state
+from fubini.optimise.state import build_state, extend_state, prepare_state
 from fubini.tracks import Tracks
 from fubini.triangulation.value import Triangulation
 
@@ -41,21 +41,8 @@ def refine(
     -------
     The triangulation, the new points behind the old ones.
     """
-    from fubini.optimise._kernels_loop import FULL
-    from fubini.optimise._kernels_refine import advance
-
-    if not (h > 0.0 and gradient > 0.0):
-        raise OptionError(f"size {h} and gradient {gradient} must be positive")
-    n = len(triangulation.points)
-    sizes = np.full(n, float(h))
-    sizes[: len(triangulation.boundary.size)] = triangulation.boundary.size
-    if size is not None:
-        sizes[:] = size
-    sizes = np.minimum(sizes, h)
-    state = build_state(triangulation, tracks, OptimiseOptions(), n + 500, sizes)
-    scratch = work()
-    while advance(state, scratch, float(h), float(gradient), LIMIT) == FULL:
-        state = extend_state(state, 2 * len(state.points))
+    options = OptimiseOptions()
+    state = advanced(triangulation, tracks, h, gradient, size, options)
     n, m = int(state.counts[NODES]), int(state.counts[TRIANGLES])
     if state.counts[INSERTED] == 0:
         return triangulation
@@ -66,3 +53,31 @@ def refine(
         boundary=triangulation.boundary,
         unrecovered=triangulation.unrecovered,
     )
+
+
+def advanced(
+    triangulation: Triangulation,
+    tracks: Tracks,
+    h: float,
+    gradient: float,
+    size: ArrayLike | None,
+    options: OptimiseOptions,
+) -> State:
+    """The state that holds the refined triangulation; nothing of it is removed or renumbered."""
+    from fubini.optimise._kernels_loop import FULL
+    from fubini.optimise._kernels_refine import advance
+
+    if not (h > 0.0 and gradient > 0.0):
+        raise OptionError(f"size {h} and gradient {gradient} must be positive")
+    n = len(triangulation.points)
+    sizes = np.full(n, float(h))
+    sizes[: len(triangulation.boundary.size)] = triangulation.boundary.size
+    if size is not None:
+        sizes[:] = size
+    np.minimum(sizes, h, out=sizes)
+    state = build_state(triangulation, tracks, options, n + 500)
+    prepare_state(state, sizes, triangulation.boundary, options.min_skew)
+    scratch = work()
+    while advance(state, scratch, float(h), float(gradient), LIMIT) == FULL:
+        state = extend_state(state, 2 * len(state.points))
+    return state

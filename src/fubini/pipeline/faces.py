@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fubini.errors import OptionError
-from fubini.optimise import OptimiseOptions, OptimiseOutcome, optimise, refine
+from fubini.optimise import OptimiseOptions, OptimiseOutcome, optimise, refine, refine_and_optimise
 from fubini.pipeline.options import MeshOptions, Progress
 from fubini.pipeline.pattern import PatternPoints, pattern_nodes
 from fubini.pipeline.strip import strip_boundary, with_core
@@ -17,7 +17,7 @@ from fubini.quality import corner_limit
 from fubini.sampling.boundary import BoundarySizing, EdgeNodes, Outline
 from fubini.sampling.interior import lattice_with_core
 from fubini.triangulation.constrained import constrained_delaunay
-from fubini.triangulation.value import CORNER, FROZEN, LOCKED, ON_CURVE, Boundary, Triangulation
+from fubini.triangulation.value import CORNER, FROZEN, LOCKED, ON_CURVE, SPLIT_ONLY, Boundary, Byte, Triangulation
 
 Float = NDArray[np.float64]
 
@@ -58,37 +58,32 @@ def attempt(
     sizes: Callable[[Float], Float] | None = None,
 ) -> OptimiseOutcome:
     """Mesh one face with the points ``inside``, or with the lattice of this number where there are none given."""
-    if number < SPLIT_SHARED_FROM:
-        boundary = replace(boundary, mode=np.where(boundary.mode == 1, LOCKED, boundary.mode).astype(np.uint8))
-    if number % 2 == 0 and inside is None:
-        boundary = hold_legs(boundary, corner_limit(options.min_skew) + TIGHT)
+    boundary = held(boundary, options, number, number % 2 == 0 and inside is None)
     asked = OptimiseOptions(
         min_skew=options.min_skew,
         max_aspect_ratio=options.max_aspect_ratio,
         growth=options.growth,
         max_sag=options.max_sag,
+        budget=MOVES,
+        budget_each=MOVES_EACH,
     )
     if inside is not None:
         start = constrained_delaunay(np.concatenate([boundary.points, inside]), boundary)
-        return optimise(start, outline.tracks, limited(asked, start))
+        return optimise(start, outline.tracks, asked)
     shift = SHIFTS[number % len(SHIFTS)]
     inner, core = lattice_with_core(boundary, size, options.gradient, shift, LEAST_CORE if sizes is None else NO_CORE)
     rest = inner
     if core is not None:
         boundary, rest = strip_boundary(boundary, inner, core, size), inner[core.outside]
     start = constrained_delaunay(np.concatenate([boundary.points, rest]), boundary)
-    filled = refine(start, outline.tracks, size, options.gradient)
-    if sizes is not None:
-        filled = follow(filled, outline, size, options.gradient, sizes)
-    outcome = optimise(filled, outline.tracks, limited(asked, filled))
+    if sizes is None:
+        outcome = refine_and_optimise(start, outline.tracks, size, options.gradient, asked)
+    else:
+        filled = follow(refine(start, outline.tracks, size, options.gradient), outline, size, options.gradient, sizes)
+        outcome = optimise(filled, outline.tracks, asked)
     if core is None:
         return outcome
     return replace(outcome, triangulation=with_core(outcome.triangulation, inner, core))
-
-
-def limited(asked: OptimiseOptions, start: Triangulation) -> OptimiseOptions:
-    """The options with the budget of moves that suits the number of triangles."""
-    return replace(asked, budget=MOVES + MOVES_EACH * len(start.triangles))
 
 
 def follow(
@@ -106,16 +101,31 @@ def follow(
     return filled
 
 
-def hold_legs(boundary: Boundary, angle: float) -> Boundary:
-    """Keep the equal legs of corners below ``angle`` degrees as they are: any other triangle there is worse."""
+def held(boundary: Boundary, options: MeshOptions, number: int, legs: bool) -> Boundary:
+    """The boundary with what attempt ``number`` must not change: shared edges at first, the place of nodes that keep
+    a chord tolerance, and with ``legs`` the equal legs of corners that leave no choice for them.
+    """
+    kind, mode = boundary.kind, boundary.mode
+    if number < SPLIT_SHARED_FROM and mode.any():
+        mode = np.where(mode == SPLIT_ONLY, LOCKED, mode).astype(np.uint8)
+    if options.chord_tolerance is not None:
+        kind = np.where(kind == ON_CURVE, FROZEN, kind).astype(np.uint8)
+    tightest = corner_limit(options.min_skew) + TIGHT
+    if legs and boundary.angle.min(initial=180.0) < tightest:
+        kind, mode = hold_legs(boundary, kind, mode, tightest)
+    return boundary if kind is boundary.kind and mode is boundary.mode else replace(boundary, kind=kind, mode=mode)
+
+
+def hold_legs(boundary: Boundary, kind: Byte, mode: Byte, angle: float) -> tuple[Byte, Byte]:
+    """Kinds and modes that keep the equal legs of corners below ``angle`` degrees: any other triangle is worse."""
     a, b = boundary.segments.T
     tight = (boundary.kind == CORNER) & (boundary.angle < angle)
     legs = tight[a] | tight[b]
-    kind, mode = boundary.kind.copy(), boundary.mode.copy()
+    kind, mode = kind.copy(), mode.copy()
     ends = np.unique(boundary.segments[legs])
     kind[ends[kind[ends] == ON_CURVE]] = FROZEN
     mode[legs] = LOCKED
-    return replace(boundary, kind=kind, mode=mode)
+    return kind, mode
 
 
 class FaceMesher:

@@ -13,6 +13,7 @@ from fubini._jit import inner, kernel
 from fubini._kernels_predicates import orient
 from fubini.triangulation._kernels_order import insertion_order
 from fubini.triangulation._kernels_topology import (
+    DONE,
     edge_is_illegal,
     find_edge,
     flip,
@@ -27,8 +28,8 @@ FAR = 1024.0
 #: Neighbour of the far triangle: smaller than the code of any segment.
 NOTHING = -(2**31) + 1
 
-#: Ways in which segments fail to enclose a region (bits of the status of ``extract``).
-LEAKED, CONTRADICTED = 1, 2
+#: What ``triangulate`` reports, as bits: ways in which segments fail to enclose a region, then why nothing was done.
+LEAKED, CONTRADICTED, NOT_FINITE, NOT_A_POINT, NOT_DELAUNAY = 1, 2, 4, 8, 16
 
 
 @kernel(allocates=True)
@@ -105,7 +106,7 @@ def delaunay(points, order):
     return triangles[:count], neighbours[:count], vertex_triangle
 
 
-@kernel(allocates=True)
+@inner(allocates=True)
 def find_segments(triangles, neighbours, vertex_triangle, order, segments):
     """Half-edges (k,) of the segments (k, 2), -1 where one is no edge; how many are; rank (n,) of indices.
 
@@ -208,7 +209,7 @@ def recover_segment(points, triangles, neighbours, vertex_triangle, a, b, queue,
     return count == 0
 
 
-@kernel
+@inner
 def cut_segments(neighbours, half_edge):
     """Replace neighbours across the k segments by codes: ``-1 - s`` on the left, ``-1 - k - s`` on the right.
 
@@ -230,7 +231,7 @@ def cut_segments(neighbours, half_edge):
                     neighbours[u, j] = -1 - k - s
 
 
-@kernel(allocates=True)
+@inner(allocates=True)
 def recover_all(points, triangles, neighbours, vertex_triangle, segments, rank, half_edge):
     """Make the segments (k, 2) without a half-edge edges where that is possible, then legalise around them.
 
@@ -364,7 +365,7 @@ def drop_unused(triangles, n, fixed):
     return dropped
 
 
-@kernel(allocates=True)
+@inner(allocates=True)
 def extract(triangles, neighbours, half_edge, order, fixed):
     """The region on the left of the segments, by index, of a triangulation whose segments were cut.
 
@@ -375,3 +376,45 @@ def extract(triangles, neighbours, half_edge, order, fixed):
     number, kept, leaked = flood(triangles, neighbours, half_edge, triangles.shape[0], n)
     out, across, status = compact(triangles, neighbours, number, kept, order, half_edge.shape[0])
     return out, across, drop_unused(out, n, fixed), leaked | status
+
+
+@inner
+def refusal(points, segments):
+    """NOT_FINITE or NOT_A_POINT where points or segments cannot be used, else 0."""
+    n = points.shape[0]
+    for v in range(n):
+        if not (abs(points[v, 0]) < np.inf and abs(points[v, 1]) < np.inf):
+            return NOT_FINITE
+    for s in range(segments.shape[0]):
+        if min(segments[s, 0], segments[s, 1]) < 0 or max(segments[s, 0], segments[s, 1]) >= n:
+            return NOT_A_POINT
+    return 0
+
+
+@kernel(allocates=True)
+def triangulate(points, segments, fixed):
+    """Constrained Delaunay triangulation of the region on the left of the segments (k, 2) of points (n, 2).
+
+    Returns triangles (m, 3), neighbours (m, 3), dropped (d,) indices from ``fixed`` on of points left out,
+    unrecovered (u,) segments that are no edges, and a status: 0 or bits named above.
+    """
+    none = np.empty((0, 3), np.int32)
+    status = refusal(points, segments)
+    if status:
+        return none, none, np.empty(0, np.int32), np.empty(0, np.int32), status
+    ranked, order = rank_points(points)
+    triangles, neighbours, vertex_triangle = delaunay(ranked, order)
+    half_edge, found, rank = find_segments(triangles, neighbours, vertex_triangle, order, segments)
+    k = segments.shape[0]
+    if found == k:
+        cut_segments(neighbours, half_edge)
+    elif recover_all(ranked, triangles, neighbours, vertex_triangle, segments, rank, half_edge) != DONE:
+        return none, none, np.empty(0, np.int32), np.empty(0, np.int32), NOT_DELAUNAY
+    out, across, dropped, status = extract(triangles, neighbours, half_edge, order, fixed)
+    lost = np.empty(k, np.int32)
+    count = 0
+    for s in range(k):
+        if half_edge[s] < 0:
+            lost[count] = s
+            count += 1
+    return out, across, dropped, lost[:count], status

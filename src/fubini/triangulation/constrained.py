@@ -6,15 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from fubini.errors import FubiniError, GeometryError, OptionError
-from fubini.triangulation._kernels_cdt import (
-    cut_segments,
-    delaunay,
-    extract,
-    find_segments,
-    rank_points,
-    recover_all,
-)
-from fubini.triangulation._kernels_topology import DONE
+from fubini.triangulation._kernels_cdt import NOT_A_POINT, NOT_DELAUNAY, NOT_FINITE, triangulate
 from fubini.triangulation.value import Boundary, Triangulation
 
 
@@ -45,20 +37,14 @@ def constrained_delaunay(points: ArrayLike, boundary: Boundary) -> Triangulation
     fixed = len(boundary.points)
     if xy.ndim != 2 or xy.shape[1:] != (2,) or len(xy) < max(fixed, 3):
         raise OptionError(f"points must be (n, 2) with n >= {max(fixed, 3)}, not {xy.shape}")
-    if not np.isfinite(xy).all():
-        raise OptionError("points must be finite")
     segments = np.array(boundary.segments, np.int32, order="C")
-    if segments.size and (segments.min() < 0 or segments.max() >= len(xy)):
+    triangles, neighbours, dropped, unrecovered, status = triangulate(xy, segments, fixed)
+    if status & NOT_FINITE:
+        raise OptionError("points must be finite")
+    if status & NOT_A_POINT:
         raise OptionError("segments must be indices of points")
-    ranked, order = rank_points(xy)
-    triangles, neighbours, vertex_triangle = delaunay(ranked, order)
-    half_edge, found, rank = find_segments(triangles, neighbours, vertex_triangle, order, segments)
-    if found == len(segments):
-        cut_segments(neighbours, half_edge)
-    elif recover_all(ranked, triangles, neighbours, vertex_triangle, segments, rank, half_edge) != DONE:
+    if status & NOT_DELAUNAY:
         raise FubiniError("the triangulation did not become Delaunay within its budget of flips", at=xy[0])
-    triangles, neighbours, dropped, status = extract(triangles, neighbours, half_edge, order, fixed)
-    unrecovered = np.flatnonzero(half_edge < 0).astype(np.int32)
     if status and not len(unrecovered):
         raise GeometryError(
             "the segments do not enclose a region on their left",
