@@ -15,7 +15,7 @@ from fubini.export.obj import group_labels
 from handmade import bad_square, box, square
 
 DOUBLE = {".vtu", ".vtk", ".obj"}
-SURFACES = [s for s in formats() if s not in (".inp", ".msh", ".npz", ".unv")]
+SURFACES = [".glb", ".obj", ".ply", ".stl", ".vtk", ".vtu"]
 
 
 def shift(mesh, by):
@@ -69,7 +69,7 @@ def test_ply_keeps_face(tmp_path):
 
 @pytest.mark.parametrize("suffix", formats())
 def test_same_bytes_twice(tmp_path, suffix):
-    mesh = box(2)
+    mesh = square(2) if suffix == ".su2" else box(2)
     mesh.save(tmp_path / f"a{suffix}")
     mesh.save(tmp_path / f"b{suffix}")
     assert (tmp_path / f"a{suffix}").read_bytes() == (tmp_path / f"b{suffix}").read_bytes()

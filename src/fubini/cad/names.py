@@ -12,11 +12,12 @@ def resolve(shapes: occ.ShapeMap, named: Iterable[tuple[Any, str]]) -> dict[int,
     """Number of sub-shape to name.
 
     Each pair names the sub-shapes of the right kind within its shape: the same ones (``IsSame``), else
-    all with the same geometry in another place (``IsPartner``). The first name stands.
+    all with the same geometry in another place (``IsPartner``). The first name stands. Names become printable.
     """
     names: dict[int, str] = {}
     partners: dict[int, list[int]] | None = None
-    for shape, name in named:
+    for shape, raw in named:
+        name = printable(raw)
         if not name:
             continue
         for part in occ.ShapeMap(shape, shapes.kind):
@@ -29,6 +30,11 @@ def resolve(shapes: occ.ShapeMap, named: Iterable[tuple[Any, str]]) -> dict[int,
             for index in partners.get(bare.index(occ.unplaced(part)), ()):
                 names.setdefault(index, name)
     return names
+
+
+def printable(name: str) -> str:
+    """The name on one line: single blanks in place of everything that does not print."""
+    return " ".join("".join(c if c.isprintable() else " " for c in name).split())
 
 
 def _partners(shapes: occ.ShapeMap) -> tuple[occ.ShapeMap, dict[int, list[int]]]:

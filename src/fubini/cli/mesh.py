@@ -28,7 +28,8 @@ if TYPE_CHECKING:
 @click.command()
 @click.argument("source", metavar="IN", type=click.Path())
 @click.option("-o", "--output", "outputs", metavar="OUT", multiple=True, required=True, type=click.Path(),
-              help="Mesh file (.stl .obj .ply .glb .vtu .vtk .inp .msh .unv .npz); may be repeated.")  # fmt: skip
+              help="Mesh file; may be repeated: .stl .obj .ply .glb .3mf .vtu .vtk .inp .msh .unv .mesh "
+                   ".su2 .npz.")  # fmt: skip
 @click.option("--size", type=float, metavar="H", help="Wanted edge length in model units; by default from the model.")
 @click.option("--faces", type=FaceList(), metavar="I,J", help="Only these faces: indices such as 0,3,5-9.")
 @click.option("--select", metavar="NAME", help="Only the faces of this name.")
@@ -97,6 +98,7 @@ def mesh(
 
         click.echo(table(result))
     _warn_of_rounding(result, outputs)
+    _tell_renamed(result, outputs)
     ctx.exit(0 if result.certificate.certified else 1)
 
 
@@ -171,3 +173,12 @@ def _warn_of_rounding(result: Mesh, outputs: tuple[str, ...]) -> None:
             "precision; .obj and .vtu hold double, or move the model to the origin",
             err=True,
         )
+
+
+def _tell_renamed(result: Mesh, outputs: tuple[str, ...]) -> None:
+    """Say what names became in files that cannot hold them."""
+    from fubini.export import renamed
+
+    for path in outputs:
+        for name, title in renamed(result, path).items():
+            click.echo(f"fubini: note: {name!r} is {title!r} in {path}", err=True)

@@ -10,6 +10,7 @@ from fubini.export.registry import (
     check_path,
     flawed_after_rounding,
     formats,
+    renamed,
     save,
     save_all,
 )
@@ -26,6 +27,7 @@ __all__ = [
     "flawed_after_rounding",
     "formats",
     "layout",
+    "renamed",
     "save",
     "save_all",
     "to_dolfinx_arrays",

@@ -11,6 +11,7 @@ import numpy as np
 
 from fubini.errors import ExportError, OptionError
 from fubini.export.layout import Float, Int, Layout, flatten, layout
+from fubini.export.titles import changed, titles
 from fubini.naming import segment_sides
 
 if TYPE_CHECKING:
@@ -20,6 +21,8 @@ if TYPE_CHECKING:
 FAMILIES = {"plane stress": "CPS", "plane strain": "CPE", "axisymmetric": "CAX", "shell": "S"}
 #: CalculiX numbers the sides of a shell from here: its two faces come first.
 FIRST_SHELL_SIDE = 3
+#: Sets of all elements and of all nodes.
+EVERYTHING = ("EALL", "NALL")
 #: Sets may hold this many characters.
 LONGEST_NAME = 80
 
@@ -36,38 +39,38 @@ def write(mesh: Mesh, path: Path, elements: str = "auto") -> None:
     """
     found = layout(mesh)
     points, cells, family = _placed(found, elements)
-    elset = safe_names(found.regions, "EALL")
-    nset = safe_names(dict.fromkeys([*found.boundaries, *found.named_points]), "NALL")
+    safe = safe_names(found.names, *EVERYTHING)
+    elset = {name: safe[name] for name in found.regions}
+    nset = {name: safe[name] for name in found.names if name in found.boundaries or name in found.named_points}
     with open(path, "w", encoding="ascii", newline="\n") as out:
         out.write(f"*HEADING\nfubini: {len(points)} nodes, {len(cells)} elements\n")
-        for name, safe in [*elset.items(), *nset.items()]:
-            if safe != name:
-                out.write(f"** {safe}: {name.encode('ascii', 'backslashreplace').decode()}\n")
+        for name, title in changed(safe).items():
+            out.write(f"** {title}: {name.encode('ascii', 'backslashreplace').decode()}\n")
         out.write("*NODE, NSET=NALL\n")
         rows = np.where(np.abs(points) < 1e-99, 0.0, points).tolist()
         out.writelines(f"{i}, {x:.13e}, {y:.13e}, {z:.13e}\n" for i, (x, y, z) in enumerate(rows, start=1))
         out.writelines(_elements(found, cells, f"{family}{cells.shape[1]}", elset))
-        for name, safe in nset.items():
+        for name, title in nset.items():
             nodes = [found.named_points.get(name, np.empty(0, np.int32))]
             nodes += [found.boundary_nodes(name)] if name in found.boundaries else []
-            out.write(f"*NSET, NSET={safe}\n")
+            out.write(f"*NSET, NSET={title}\n")
             out.writelines(_list(np.unique(np.concatenate(nodes)) + 1))
         out.writelines(_surfaces(found, cells, nset, FIRST_SHELL_SIDE if family == "S" else 1))
 
 
 def safe_names(names: Iterable[str], *taken: str) -> dict[str, str]:
     """Names that sets may have: letters, digits and ``_-.|+``, at most 80, unique whatever their case."""
-    seen = {t.upper() for t in taken}
-    result: dict[str, str] = {}
-    for name in names:
-        base = re.sub(r"[^A-Za-z0-9_.|+-]", "_", name)[: LONGEST_NAME - 6]
-        base = base if base[:1].isalpha() else f"N_{base}"
-        safe, k = base, 2
-        while safe.upper() in seen:
-            safe, k = f"{base}_{k}", k + 1
-        seen.add(safe.upper())
-        result[name] = safe
-    return result
+    return titles(names, LONGEST_NAME, _clean, taken, fold=True)
+
+
+def renamed(mesh: Mesh) -> dict[str, str]:
+    """Names that the file has in another form."""
+    return changed(safe_names(layout(mesh).names, *EVERYTHING))
+
+
+def _clean(name: str) -> str:
+    base = re.sub(r"[^A-Za-z0-9_.|+-]", "_", name)
+    return base if base[:1].isalpha() else f"N_{base}"
 
 
 def _placed(found: Layout, elements: str) -> tuple[Float, Int, str]:

@@ -54,6 +54,11 @@ class Layout:
         """Number of the first region that holds each cell."""
         return primary(self.regions, len(self.cells))
 
+    @property
+    def names(self) -> tuple[str, ...]:
+        """All names, each once: of regions, boundaries, points."""
+        return tuple(dict.fromkeys([*self.regions, *self.boundaries, *self.named_points]))
+
     def boundary_nodes(self, name: str) -> Int:
         """Nodes of a boundary, sorted, mid-side nodes among them."""
         return np.unique(self.segments[self.boundaries[name]])
@@ -63,6 +68,14 @@ class Layout:
         shared = overlap(self.regions, len(self.cells))
         if shared:
             raise ExportError(f"{what} holds one region of each element, and {' and '.join(shared)} overlap", fix=fix)
+
+    def refuse_points(self, what: str) -> None:
+        """Raise ``ExportError`` where there are named points, which ``what`` does not know."""
+        if self.named_points:
+            raise ExportError(
+                f"{what} would lose the named points {', '.join(self.named_points)}",
+                fix="use .msh, .inp, .unv, .vtu or .npz, or name no points",
+            )
 
 
 def layout(mesh: Mesh) -> Layout:

@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fubini.errors import ExportError, OptionError
+from fubini.errors import OptionError
 from fubini.export.layout import Int, Layout, layout
+from fubini.export.titles import changed, titles
 
 if TYPE_CHECKING:
     from fubini.result import Mesh
 
 #: Element types by dimension, at first and second order.
 TYPES = ((15, 15), (1, 8), (2, 9))
+#: Gmsh reads longer names, up to its buffers of 1024 characters.
+LONGEST_NAME = 1000
 
 
 def write(mesh: Mesh, path: Path, version: str = "2.2") -> None:
@@ -24,14 +27,12 @@ def write(mesh: Mesh, path: Path, version: str = "2.2") -> None:
 
     Physical groups are numbered through regions, boundaries and points, so that no two share a tag.
     Elementary tags are CAD indices from 1. Only named segments and points become elements. Version 2.2
-    holds one region of each element, and repeats a segment that has several names.
+    holds one region of each element, and repeats a segment that has several names. Quotation marks in names
+    become ``'``.
     """
     if str(version) not in ("2.2", "4.1"):
         raise OptionError(f"version is {version!r}", fix="use 2.2 or 4.1")
     found = layout(mesh)
-    for name in (*found.regions, *found.boundaries, *found.named_points):
-        if '"' in name:
-            raise ExportError(f"the name {name!r} holds a quotation mark, which .msh cannot", fix="rename it")
     lines = _version_2(found) if str(version) == "2.2" else _version_4(found)
     with open(path, "w", encoding="utf-8", newline="\n") as out:
         out.writelines(lines)
@@ -56,11 +57,22 @@ def _tags(found: Layout) -> list[tuple[int, Mapping[str, Int], dict[str, int]]]:
     return result
 
 
+def renamed(mesh: Mesh) -> dict[str, str]:
+    """Names that the file has in another form."""
+    return changed(unquoted(layout(mesh).names))
+
+
+def unquoted(names: Iterable[str]) -> dict[str, str]:
+    """Names without quotation marks, which stand around them in the file."""
+    return titles(names, LONGEST_NAME, lambda name: name.replace('"', "'"))
+
+
 def _physical_names(found: Layout) -> Iterator[str]:
     tags = _tags(found)
     yield f"$PhysicalNames\n{sum(len(t) for _, _, t in tags)}\n"
+    title = unquoted(found.names)
     for dim, _, names in reversed(tags):
-        yield from (f'{dim} {tag} "{name}"\n' for name, tag in names.items())
+        yield from (f'{dim} {tag} "{title[name]}"\n' for name, tag in names.items())
     yield "$EndPhysicalNames\n"
 
 

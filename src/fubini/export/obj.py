@@ -34,4 +34,12 @@ def group_labels(mesh: Mesh) -> dict[int, str]:
     indices = np.unique(mesh.face_of_triangle).tolist()
     plain = {i: "_".join((mesh.face_names.get(i) or "").split()) or f"face_{i}" for i in indices}
     count = Counter(plain.values())
-    return {i: name if count[name] == 1 else f"{name}_{i}" for i, name in plain.items()}
+    seen = {name for name, n in count.items() if n == 1}
+    labels = {}
+    for i, name in plain.items():
+        label = name if count[name] == 1 else f"{name}_{i}"
+        while count[name] > 1 and label in seen:
+            label += "_"
+        seen.add(label)
+        labels[i] = label
+    return labels

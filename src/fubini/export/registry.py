@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fubini.errors import ExportError, OptionError
-from fubini.export import glb, inp, msh, npz, obj, ply, stl, unv, vtk, vtu
+from fubini.export import glb, inp, mfem, msh, npz, obj, ply, stl, su2, threemf, unv, vtk, vtu
 from fubini.export.atomic import Transaction, check_target
 from fubini.quality import flawed
 
@@ -30,10 +30,33 @@ WRITERS: dict[str, Callable[..., None]] = {
     ".msh": msh.write,
     ".unv": unv.write,
     ".npz": npz.write,
+    ".mesh": mfem.write,
+    ".su2": su2.write,
+    ".3mf": threemf.write,
 }
 
-#: Formats of solvers that would lose the names of regions and boundaries: refused.
-NAMELESS = frozenset({".bdf", ".cgns", ".fem", ".med", ".mesh", ".nas", ".su2", ".xdmf", ".xml"})
+#: Formats that cannot hold every name as it is: suffix to what they change.
+RENAMING: dict[str, Callable[[Mesh], dict[str, str]]] = {
+    ".inp": inp.renamed,
+    ".mesh": mfem.renamed,
+    ".msh": msh.renamed,
+    ".unv": unv.renamed,
+    ".su2": su2.renamed,
+}
+
+#: Formats of solvers that would lose the names of regions and boundaries, and why: refused.
+NAMELESS = {
+    ".bdf": "Nastran numbers properties and sets, and knows names in comments of single programs alone",
+    ".cgns": "no writer at hand keeps its families",
+    ".dat": "Nastran numbers properties and sets, and knows names in comments of single programs alone",
+    ".e": "Exodus numbers its blocks and side sets in every writer at hand",
+    ".exo": "Exodus numbers its blocks and side sets in every writer at hand",
+    ".fem": "Nastran numbers properties and sets, and knows names in comments of single programs alone",
+    ".med": "no writer at hand keeps its families beside second order",
+    ".nas": "Nastran numbers properties and sets, and knows names in comments of single programs alone",
+    ".xdmf": "its readers take numbered tags only",
+    ".xml": "its readers take numbered tags only",
+}
 
 #: Formats that keep coordinates in single precision.
 FLOAT32_SUFFIXES = frozenset({".stl", ".ply", ".glb"})
@@ -43,7 +66,7 @@ def formats() -> tuple[str, ...]:
     """Suffixes that can be written, sorted.
 
     >>> formats()
-    ('.glb', '.inp', '.msh', '.npz', '.obj', '.ply', '.stl', '.unv', '.vtk', '.vtu')
+    ('.3mf', '.glb', '.inp', '.mesh', '.msh', '.npz', '.obj', '.ply', '.stl', '.su2', '.unv', '.vtk', '.vtu')
     """
     return tuple(sorted(WRITERS))
 
@@ -58,7 +81,7 @@ def save(mesh: Mesh, path: str | Path, **options: Any) -> None:
     """Write the mesh to ``path``; the suffix picks the format. The same mesh gives the same bytes.
 
     ``options`` of the format: ``elements`` for .inp (see ``fubini.export.inp.write``), ``version`` for
-    .msh ("2.2" or "4.1").
+    .msh ("2.2" or "4.1"), ``solids`` for .stl ("one", "face" or "region").
 
     Raises
     ------
@@ -86,6 +109,16 @@ def save_all(mesh: Mesh, paths: Sequence[str | Path], transaction: Transaction |
         _stage_all(mesh, paths, writers, transaction)
 
 
+def renamed(mesh: Mesh, path: str | Path) -> dict[str, str]:
+    """Names of the mesh that the file holds in another form: cut, or with other characters, but still unique.
+
+    Formats whose names are free (.vtu, .npz) change none.
+    """
+    _writer(path)
+    rename = RENAMING.get(Path(path).suffix.lower())
+    return {} if rename is None else rename(mesh)
+
+
 def flawed_after_rounding(mesh: Mesh) -> int:
     """How many more triangles are flawed once the coordinates are single precision.
 
@@ -102,8 +135,8 @@ def _writer(path: str | Path) -> Callable[..., None]:
     suffix = Path(path).suffix.lower()
     if suffix in NAMELESS:
         raise ExportError(
-            f"{suffix} would lose the names of regions and boundaries",
-            file=str(path), fix="use .inp, .msh, .unv, .vtu or .npz, or mesh.to_meshio().write(path)",
+            f"{suffix} would lose the names of regions and boundaries: {NAMELESS[suffix]}",
+            file=str(path), fix="use .inp, .msh, .unv, .vtu, .mesh or .npz, or mesh.to_meshio().write(path)",
         )  # fmt: skip
     if suffix not in WRITERS:
         what = f"unknown suffix {suffix!r}" if suffix else "the path has no suffix"

@@ -10,12 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fubini.export.layout import Int, Layout, layout
+from fubini.export.titles import changed, titles
 
 if TYPE_CHECKING:
     from fubini.result import Mesh
 
 #: Element descriptors at first and second order: rods, parabolic beams; plane triangles.
 LINES, TRIANGLES = (11, 22), (41, 42)
+#: Names of groups have 40 characters (20A2).
+LONGEST_NAME = 40
 #: Entity codes in groups.
 NODE, ELEMENT = 7, 8
 
@@ -24,7 +27,8 @@ def write(mesh: Mesh, path: Path) -> None:
     """Write ``mesh`` to the new file ``path``: data sets 2411 (nodes), 2412 (elements), 2467 (groups).
 
     Elements of regions come first and have the numbers of the triangles, from 1; those of the named
-    segments follow. Nodes of second-order elements run around them: corner, middle, corner, ...
+    segments follow. Nodes of second-order elements run around them: corner, middle, corner, ... Names longer than
+    40 characters are cut, and stay unique.
     """
     found = layout(mesh)
     with open(path, "w", encoding="utf-8", newline="\n") as out:
@@ -32,6 +36,15 @@ def write(mesh: Mesh, path: Path) -> None:
         named = np.unique(np.concatenate([np.empty(0, np.int32), *found.boundaries.values()]))
         out.writelines(_data_set(2412, _elements(found, named)))
         out.writelines(_data_set(2467, _groups(found, named)))
+
+
+def renamed(mesh: Mesh) -> dict[str, str]:
+    """Names that the file has in another form."""
+    return changed(_titles(layout(mesh)))
+
+
+def _titles(found: Layout) -> dict[str, str]:
+    return titles(found.names, LONGEST_NAME, str.strip)
 
 
 def _data_set(number: int, lines: Iterable[str]) -> Iterator[str]:
@@ -60,6 +73,7 @@ def _elements(found: Layout, named: Int) -> Iterator[str]:
 
 
 def _groups(found: Layout, named: Int) -> Iterator[str]:
+    title = _titles(found)
     groups: list[tuple[str, int, NDArray[np.signedinteger]]] = []
     groups += [(name, ELEMENT, rows + 1) for name, rows in found.regions.items()]
     first = len(found.cells) + 1
@@ -67,7 +81,7 @@ def _groups(found: Layout, named: Int) -> Iterator[str]:
     groups += [(name, NODE, rows + 1) for name, rows in found.named_points.items()]
     for number, (name, kind, members) in enumerate(groups, start=1):
         yield _record(number, 0, 0, 0, 0, 0, 0, len(members))
-        yield f"{name}\n"
+        yield f"{title[name]}\n"
         items = members.tolist()
         for i in range(0, len(items), 2):
             yield "".join(_record(kind, item, 0, 0)[:-1] for item in items[i : i + 2]) + "\n"
