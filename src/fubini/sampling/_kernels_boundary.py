@@ -60,12 +60,15 @@ def relax_edge(s, h, g):
 
 
 @kernel
-def grade(first, s, h, ends, radius, vertex_size, g):
+def grade(first, s, h, ends, radius, vertex_size, vertex_leg, g, longest):
     """Limit the growth of sizes along all edges and through the vertices that they share.
 
-    ends (e, 2): vertices; radius (e, 2): protected length at each end, 0 for none. A protected end
-    takes part at its vertex with its radius alone, and its radius never exceeds the vertex size.
-    ``h``, ``radius`` and ``vertex_size`` (v,) change in place. Returns the number of sweeps.
+    ends (e, 2): vertices; radius (e, 2): protected length at each end, 0 for none. All protected ends at a
+    vertex get one length ``vertex_leg`` (v,), at most ``longest`` (v,) times the size of the vertex, which is at
+    most that length. The sizes along a protected edge do not act on its vertex: just after a long leg into a
+    cusp they are tiny. Seen round other edges they ask for g times the leg and more, so that with ``longest``
+    1/g a leg never shortens itself.
+    ``h``, ``radius``, ``vertex_size`` (v,) and ``vertex_leg`` change in place. Returns the number of sweeps.
     """
     edges = first.shape[0] - 1
     for sweep in range(100):
@@ -76,11 +79,11 @@ def grade(first, s, h, ends, radius, vertex_size, g):
                 v = ends[e, i]
                 at = a if i == 0 else b
                 if radius[e, i] > 0.0:
-                    if radius[e, i] > vertex_size[v]:
-                        radius[e, i] = vertex_size[v]
-                        changed = True
-                    elif radius[e, i] < vertex_size[v]:
-                        vertex_size[v] = radius[e, i]
+                    leg = min(radius[e, i], vertex_leg[v], longest[v] * vertex_size[v])
+                    if leg < radius[e, i] or leg < vertex_leg[v] or leg < vertex_size[v]:
+                        radius[e, i] = leg
+                        vertex_leg[v] = leg
+                        vertex_size[v] = min(vertex_size[v], leg)
                         changed = True
                 elif h[at] > vertex_size[v]:
                     h[at] = vertex_size[v]

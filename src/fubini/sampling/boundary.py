@@ -25,11 +25,19 @@ from fubini.triangulation.constrained import constrained_delaunay
 from fubini.triangulation.value import CORNER, FROZEN, LOCKED, Boundary, Triangulation
 
 Float = NDArray[np.float64]
+Int = NDArray[np.int32]
 
 #: Corners below this (degrees) are covered by one triangle: two halves would be too sharp.
 SHARP = 50.0
+#: Corners below this (degrees) have one triangle alone that will do, or none: its legs are held in all faces.
+NARROW = 27.0
 #: Share of the shorter edge that the triangle of a sharp corner may take.
 LEG_SHARE = 0.34
+#: Where a leg borders another face too, the next segment there must not be shorter by more than this: five valid
+#: triangles about a node on a straight edge span at most a ratio of 16.4.
+STEP = 10.0
+#: For the sake of ``STEP`` a leg may be this many times as long as asked.
+LONGEST_LEG = 1.7
 #: Decisions are taken on coordinates rounded to the diagonal over two to this.
 GRID_BITS = 32
 #: A gap is resolved when the nodes beside it are no further apart than the wanted size over this.
@@ -145,6 +153,7 @@ class BoundarySizing:
         self._samples: list[tuple[Float, Float, Float]] = [None] * len(ends)  # type: ignore[list-item]
         self._at_least = np.ones(len(ends), np.int64)
         self._radius = np.zeros((len(ends), 2))
+        self.held = np.zeros((len(ends), 2), bool)
         for f, outline in enumerate(outlines):
             np.add.at(self.uses, outline.edges, 1)
             self._sample_edges(outline)
@@ -153,6 +162,10 @@ class BoundarySizing:
         for outline in outlines:
             self._protect_corners(outline)
             self._count_closed_loops(outline)
+        self._longest = np.ones(int(self.ends.max(initial=-1)) + 1)
+        self._grade(self._radius)
+        self._longest[:] = 1.0 / options.gradient
+        self._lengthen_legs()
 
     # ---- set-up --------------------------------------------------------------------------------
 
@@ -191,17 +204,64 @@ class BoundarySizing:
             if outline.angles[c] >= SHARP or (c == before and outline.angles[c] >= 180.0):
                 continue
             sides = self._corner_sides(outline, c, before)
-            leg = min(min(self.options.size, LEG_SHARE * self._samples[e][1][-1]) for e, _ in sides)
-            leg = self._leg_of_true_angle(outline, c, before, leg)
+            most = LEG_SHARE * min(self._samples[e][1][-1] for e, _ in sides)
+            leg = self._leg_of_true_angle(outline, c, before, min(self.options.size, most))
             for e, i in sides:
                 old = self._radius[e, i]
                 self._radius[e, i] = min(old, leg) if old > 0.0 else leg
+                self.held[e, i] |= outline.angles[c] < NARROW
 
     def _corner_sides(self, outline: Outline, c: int, before: int) -> tuple[tuple[int, int], tuple[int, int]]:
         """Edge and end (0 or 1) of the curves that leave and reach the start of curve c."""
         leaving = (int(outline.edges[c]), 0 if outline.forward[c] else 1)
         arriving = (int(outline.edges[before]), 1 if outline.forward[before] else 0)
         return leaving, arriving
+
+    def _lengthen_legs(self) -> None:
+        """Lengthen legs that lie beside another face too, where the next segment would be too short for that face."""
+        flat = self._flat_ends()
+        if not (flat & (self._radius > 0.0)).any():
+            return
+        shortest = np.full(len(self._longest), np.inf)
+        for (_t, s, _h), ends in zip(self._samples, self.ends, strict=True):
+            shortest[ends] = np.minimum(shortest[ends], s[-1])
+        for outline in self.outlines:
+            for c, before in loop_pairs(outline.loop_first):
+                sides = self._corner_sides(outline, c, before)
+                if outline.angles[c] < SHARP and any(flat[side] and self._radius[side] > 0.0 for side in sides):
+                    (v,) = {int(self.ends[side]) for side in sides}
+                    leg = self._radius[sides[0]]
+                    longer = self._leg_beside_wall(outline, c, before, leg, float(shortest[v]))
+                    if longer > leg:
+                        self._longest[v] *= longer / leg
+                        for side in sides:
+                            self._radius[side] = longer
+
+    def _flat_ends(self) -> NDArray[np.bool_]:
+        """Which edge ends (e, 2) lie at a corner of some face that is not sharp."""
+        flat = np.zeros((len(self.ends), 2), bool)
+        for outline in self.outlines:
+            for c, before in loop_pairs(outline.loop_first):
+                if outline.angles[c] >= SHARP:
+                    for side in self._corner_sides(outline, c, before):
+                        flat[side] = True
+        return flat
+
+    def _leg_beside_wall(self, outline: Outline, c: int, before: int, leg: float, shortest: float) -> float:
+        """Lengthen the leg until the gap at its end allows a next segment of no less than the leg over ``STEP``.
+
+        In a cusp the gap grows with the square of the distance; unchanged where no length will do.
+        """
+        size = self.options.size
+        edges = (int(outline.edges[j]) for j in (c, before))
+        most = min(LONGEST_LEG * size, 1.5 * shortest, LEG_SHARE * min(self._samples[e][1][-1] for e in edges))
+        longer = leg
+        while longer <= most:
+            p, q = (self._leg_end(outline, j, side, longer) for j, side in self._leg_tracks(outline, c, before))
+            if STEP * min(size, self.options.gap * math.dist(p, q)) >= longer:
+                return longer
+            longer *= 1.1
+        return leg
 
     def _leg_of_true_angle(self, outline: Outline, c: int, before: int, leg: float) -> float:
         """Shorten the leg until the chords open about as wide as the tangents do."""
@@ -268,15 +328,9 @@ class BoundarySizing:
 
     def _place(self) -> EdgeNodes:
         """Nodes of all edges from the present sizes."""
-        first, t, s, cap = self._flat()
-        g = self.options.gradient
         radius = self._radius.copy()
-        vertex_size = np.full(int(self.ends.max(initial=-1)) + 1, np.inf)
-        for v, asked in self.options.vertex_size.items():
-            vertex_size[v] = asked
-        h = cap.copy()
-        kernels.grade(first, s, h, self.ends, radius, vertex_size, g)
-        first, t, s, h = kernels.envelope(first, t, s, cap, h, g)
+        first, t, s, cap, h = self._grade(radius)
+        first, t, s, h = kernels.envelope(first, t, s, cap, h, self.options.gradient)
         counts = np.empty(len(self.ends), np.int64)
         kernels.count_nodes(first, s, h, radius, self._at_least, counts)
         if counts.sum() > self.options.most or counts.min(initial=1) < 1:
@@ -286,6 +340,16 @@ class BoundarySizing:
         node_t = np.empty(node_first[-1])
         kernels.place_nodes(first, s, t, h, radius, counts, node_first, node_t)
         return EdgeNodes(node_first, node_t)
+
+    def _grade(self, radius: Float) -> tuple[NDArray[np.int64], Float, Float, Float, Float]:
+        """Flat tables of the edges, sizes ungraded and graded; ``radius`` is shortened to fit the vertices."""
+        first, t, s, cap = self._flat()
+        sizes, legs = np.full((2, int(self.ends.max(initial=-1)) + 1), np.inf)
+        for v, asked in self.options.vertex_size.items():
+            sizes[v] = asked
+        h = cap.copy()
+        kernels.grade(first, s, h, self.ends, radius, sizes, legs, self.options.gradient, self._longest)
+        return first, t, s, cap, h
 
     def _refuse(self, counts: NDArray[np.int64]) -> None:
         """Raise for the edge that would need most nodes."""
@@ -321,8 +385,20 @@ class BoundarySizing:
             nodes.first, nodes.t, points, kind, angle, segments, tracks, params, mode,
         )  # fmt: skip
         kernels.node_sizes(points, segments, angle, SHARP, self.options.size, size)
+        if self.held.any():
+            self._hold_legs(outline, segments, tracks, params, angle, mode)
         whole = Boundary(points, kind, size, angle, segments, tracks, params, mode)
         return whole if outline.inner == len(outline.edges) else welded(whole, outline.inner)
+
+    def _hold_legs(
+        self, outline: Outline, segments: Int, tracks: Int, params: Float, angle: Float, mode: NDArray[np.uint8]
+    ) -> None:
+        """Lock segments that are legs of a sharp corner of another face: split here, they would be split there too."""
+        e = outline.edges[tracks]
+        for side in (0, 1):
+            for i, t in enumerate((0.0, 1.0)):
+                leg = (params[:, side] == t) & self.held[e, i] & (angle[segments[:, side]] >= SHARP)
+                mode[leg] = LOCKED
 
     def _look_across(self, face: int, nodes: EdgeNodes, last: bool) -> set[int]:
         """Triangulate the boundary of one face alone and lower sizes where it sees gaps."""
