@@ -50,6 +50,18 @@ def test_the_kernel_keeps_our_triangles_and_meshes_the_rest_to_fit(place, tmp_pa
     assert_ours(mesh, trimesh.load(tmp_path / "out.stl"))
 
 
+def test_a_part_mirrored_by_its_placement_fits_the_kernels_own_triangles(tmp_path):
+    """The kernel writes such a part inside out as a whole; ours run the same way round as the wall of the hole."""
+    shape = S.plate().Moved(S.mirrored(), False)
+    mesh = hand_mesh(load(shape))
+    attach(mesh)
+    BRepMesh_IncrementalMesh(shape, 0.01, False, 0.1, False)
+    StlAPI_Writer().Write(shape, str(tmp_path / "out.stl"))
+    found = trimesh.load(tmp_path / "out.stl")
+    assert found.is_watertight and found.is_winding_consistent
+    assert len(found.faces) > len(mesh.triangles) and abs(found.volume) == pytest.approx(24 - np.pi, rel=0.01)
+
+
 def test_parts_placed_several_times_share_the_first_mesh(tmp_path):
     part = S.plate()
     shape = occ.compound([part, part.Moved(S.turned(shift=(20, 0, 0)))])

@@ -74,7 +74,7 @@ def test_a_mirrored_copy_points_outward_too():
     assert {round(f.frame.normal[2]) for f in model.faces if len(f.region.holes)} == {-1, 1}
 
 
-def test_a_mirroring_placement_keeps_region_and_surface_normal_together():
+def test_a_mirroring_placement_leaves_the_outside_outside():
     box = S.box()
     model = load(box.Located(S.mirrored(), False))
     assert [f.area for f in model.faces] == pytest.approx([f.area for f in load(box).faces])
@@ -82,6 +82,7 @@ def test_a_mirroring_placement_keeps_region_and_surface_normal_together():
         corners = face.frame.to_space(face.region.outer.vertices)
         assert corners[:, 0].min() >= -3 and corners[:, 0].max() <= 0
         assert face.region.area > 0
+        assert np.dot(face.frame.normal, corners.mean(axis=0) - [-1.5, 1, 0.5]) > 0
 
 
 def test_planes_normal_to_an_axis_use_space_coordinates_exactly():

@@ -58,6 +58,39 @@ def test_turned_and_mirrored():
     checked(BRepBuilderAPI_Transform(shape, mirrored().Transformation(), True).Shape(), expected)
 
 
+def test_mirrored_by_placement_alone():
+    shape, expected = stepped()
+    there = shape.Moved(mirrored(), False)
+    checked(there, expected)
+    checked(there.Moved(turned(40.0, (1, 2, 3), (3, -7, 2))), expected)
+    checked(there.Moved(mirrored(), False), expected)
+    checked(occ.compound([shape.Moved(turned(shift=(0, 9, 0))), there]), 2 * expected)
+    checked(occ.compound([shape]).Moved(mirrored(), False), expected)
+
+
+@pytest.mark.parametrize("options", [{"imprint": True}, {"imprint": True, "sew": 1e-5}])
+def test_mirrored_parts_that_touch(options):
+    """A block and its mirror image, which meet in a plane; names follow."""
+    part = box(3, 2, 1)
+    image = part.Moved(mirrored(), False)
+    mesh = fubini.mesh(occ.compound([part, image]), 0.6, names={"right": part, "left": image}, **options)
+    _, uses = edge_uses(mesh)
+    assert mesh.certificate.certified and apart(mesh) > 1e-3
+    inner = np.all(mesh.points[mesh.triangles][:, :, 0] == 0.0, axis=1)
+    assert inner.any() and set(uses.tolist()) == {2, 3}
+    p, q, r = (mesh.points[mesh.triangles[~inner, k]] for k in range(3))
+    assert np.einsum("ij,ij->i", p, np.cross(q, r)).sum() / 6 == pytest.approx(12.0, rel=1e-12)
+    assert mesh.points[mesh.triangles[mesh.regions["left"]]][..., 0].max() == 0.0
+    assert mesh.points[mesh.triangles[mesh.regions["right"]]][..., 0].min() == 0.0
+    assert np.intersect1d(mesh.regions["left"], mesh.regions["right"]).tolist() == np.flatnonzero(inner).tolist()
+
+
+def test_mirrored_parts_sewn():
+    part = box(3, 2, 1)
+    image = part.Moved(turned(shift=(-9, 0, 0))).Moved(mirrored(), False)
+    checked(fubini.load(occ.compound([part, image]), sew=1e-5), 12)
+
+
 def test_reversed_solid_faces_inwards_as_it_says():
     assert volume(fubini.mesh(box().Reversed(), 0.5)) == pytest.approx(-6.0, rel=1e-12)
 

@@ -68,7 +68,8 @@ class _Writer:
         nodes, corners = np.unique(triangles, return_inverse=True)
         corners = corners.reshape(-1, 3) + 1
         location = shape.Location()
-        if shape.Orientation() == Orientation.TopAbs_REVERSED:  # the kernel keeps triangles as on the forward face
+        # the kernel keeps triangles as on the forward face, where it was before its placement
+        if (shape.Orientation() == Orientation.TopAbs_REVERSED) != occ.mirrored(shape):
             corners = corners[:, [0, 2, 1]]
         local = _placed(location.Transformation().Inverted(), self.mesh.points[nodes])
         triangulation = Poly_Triangulation(len(nodes), len(corners), False)

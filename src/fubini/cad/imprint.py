@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import dataclasses
 from typing import Any
 
 from OCP.BRepAlgoAPI import BRepAlgoAPI_BuilderAlgo
 
 from fubini.cad import occ
 from fubini.cad.build import with_faces
+from fubini.cad.mirrors import without_mirrors
 from fubini.cad.source import Source
 from fubini.cad.trace import Trace, rebuilt
 from fubini.errors import GeometryError
@@ -18,8 +20,10 @@ def imprint_parts(source: Source) -> Source:
 
     What several of them cover is kept once. Raises ``GeometryError`` where the kernel cannot cut them.
     """
-    shape, faces = with_faces(source)
-    parts = _parts(shape)
+    shape, _ = with_faces(source)
+    source = without_mirrors(dataclasses.replace(source, shape=shape))
+    shape, faces = source.shape, occ.ShapeMap(source.shape, occ.FACE)
+    parts = occ.parts(shape)
     if len(parts) < 2:
         return source
     fuse = BRepAlgoAPI_BuilderAlgo()
@@ -42,13 +46,6 @@ def imprint_parts(source: Source) -> Source:
 
     trace = Trace(shape, images)
     return rebuilt(source, trace, result, [_note(trace, faces, result)])
-
-
-def _parts(shape: Any) -> list[Any]:
-    """Solids, and the faces that belong to none, each once."""
-    solids = occ.ShapeMap(shape, occ.SOLID)
-    taken = occ.ShapeMap(occ.compound(solids), occ.FACE)
-    return [*solids, *(f for f in occ.ShapeMap(shape, occ.FACE) if taken.index(f) < 0)]
 
 
 def _note(trace: Trace, faces: occ.ShapeMap, result: Any) -> str:

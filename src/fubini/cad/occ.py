@@ -106,6 +106,11 @@ def unplaced(shape: Any) -> Any:
     return shape.Located(TopLoc_Location())
 
 
+def mirrored(shape: Any) -> bool:
+    """Whether the placement of the shape turns left into right."""
+    return bool(shape.Location().Transformation().IsNegative())
+
+
 def children(shape: Any) -> Iterator[Any]:
     """Direct sub-shapes with composed placement and orientation."""
     walk = TopoDS_Iterator(shape)
@@ -120,6 +125,13 @@ def explore(shape: Any, kind: Any) -> Iterator[Any]:
     while walk.More():
         yield walk.Current()
         walk.Next()
+
+
+def parts(shape: Any) -> list[Any]:
+    """Solids, and the faces that belong to none, each once."""
+    solids = ShapeMap(shape, SOLID)
+    taken = ShapeMap(compound(solids), FACE)
+    return [*solids, *(f for f in ShapeMap(shape, FACE) if taken.index(f) < 0)]
 
 
 def compound(shapes: Iterable[Any]) -> Any:

@@ -35,8 +35,9 @@ _PROBES = (0.5, 0.25, 0.75, 0.1, 0.9)
 def face_plane(face: Any, tolerance: float) -> tuple[Float, Float] | None:
     """A point (3,) of the plane of a ``TopoDS_Face`` and the unit normal (3,), or None when it is not flat.
 
-    The normal is that of the placed surface, turned over when the face is reversed. A surface that
-    is not stored as a plane counts as flat when it stays within ``tolerance`` (model units) of one.
+    The normal is that of the placed surface, turned over when the face is reversed, and once more when its
+    placement mirrors: what was outside of a solid stays outside. A surface that is not stored as a plane counts as
+    flat when it stays within ``tolerance`` (model units) of one.
     """
     adaptor = BRepAdaptor_Surface(face, False)
     kind = adaptor.GetType()
@@ -55,7 +56,7 @@ def face_plane(face: Any, tolerance: float) -> tuple[Float, Float] | None:
         normal = occ.xyz(plane.Axis().Direction())
         if np.dot(normal, _surface_normal(face)) < 0.0:
             normal = -normal
-    if face.Orientation() == Orientation.TopAbs_REVERSED:
+    if (face.Orientation() == Orientation.TopAbs_REVERSED) != occ.mirrored(face):
         normal = -normal
     return occ.xyz(plane.Location()), normal / np.linalg.norm(normal)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections import Counter
 from typing import Any
@@ -17,6 +18,7 @@ from scipy.sparse.csgraph import connected_components
 
 from fubini.cad import occ
 from fubini.cad.build import with_faces
+from fubini.cad.mirrors import without_mirrors
 from fubini.cad.source import Source
 from fubini.cad.trace import Trace, rebuilt
 from fubini.errors import GeometryError, OptionError
@@ -34,7 +36,9 @@ def sew_faces(source: Source, tolerance: float) -> Source:
     """
     if not (isinstance(tolerance, int | float) and math.isfinite(tolerance) and tolerance > 0.0):
         raise OptionError(f"sew is {tolerance}", fix="give a positive distance in model units")
-    shape, faces = with_faces(source)
+    shape, _ = with_faces(source)
+    source = without_mirrors(dataclasses.replace(source, shape=shape))
+    shape, faces = source.shape, occ.ShapeMap(source.shape, occ.FACE)
     sewing = BRepBuilderAPI_Sewing(float(tolerance), True, True, True, True)
     for face in faces:
         sewing.Add(face)
