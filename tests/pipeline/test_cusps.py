@@ -38,12 +38,12 @@ def wedge(degrees, height=2.0):
     return plate([(0, 0), (20, 0)], [(20, 0), end], [end, (0, 0)], height=height)
 
 
-@pytest.mark.parametrize("size", [1.5, 2.2, 5.0])
+@pytest.mark.parametrize("size", [0.5, 1.0, 2.2, 5.0])
 def test_cusps_beside_walls_cost_one_triangle_each(size):
     c = fubini.mesh(cut_plate(), size).certificate
     assert c.certified
     assert c.flawed == c.unavoidable == 4
-    assert c.triangles < 2300
+    assert c.triangles < 8000
 
 
 @pytest.mark.parametrize("size", [0.05, 0.5, 2.2])

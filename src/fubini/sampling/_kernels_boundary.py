@@ -192,38 +192,48 @@ def edge_metric(first, s, h, e, low, high):
 
 
 @kernel
-def count_nodes(first, s, h, radius, at_least, counts):
-    """Number of segments of each edge into counts (e,), the protected ends included."""
+def count_nodes(first, s, h, radius, step, at_least, counts):
+    """Number of segments of each edge into counts (e,), the protected ends included.
+
+    ``radius`` (e, 2) is the length of the first and last segment, ``step`` (e, 2) that of the one beside; 0 for no
+    such segment.
+    """
     for e in range(first.shape[0] - 1):
-        low = radius[e, 0]
-        high = s[first[e + 1] - 1] - radius[e, 1]
+        low = radius[e, 0] + step[e, 0]
+        high = s[first[e + 1] - 1] - radius[e, 1] - step[e, 1]
         n = math.floor(edge_metric(first, s, h, e, low, high) + 0.5)
-        extra = (1 if radius[e, 0] > 0.0 else 0) + (1 if radius[e, 1] > 0.0 else 0)
+        extra = 0
+        for i in range(2):
+            extra += (1 if radius[e, i] > 0.0 else 0) + (1 if step[e, i] > 0.0 else 0)
         counts[e] = max(1, at_least[e] - extra, n) + extra
 
 
 @kernel
-def place_nodes(first, s, t, h, radius, counts, node_first, node_t):
-    """Parameters of the nodes of each edge, both ends included, at equal metric lengths.
+def place_nodes(first, s, t, h, radius, step, counts, node_first, node_t):
+    """Parameters of the nodes of each edge, both ends included, at equal metric lengths between protected ends.
 
-    Edge e writes ``counts[e] + 1`` parameters into node_t from ``node_first[e]``.
+    Edge e writes ``counts[e] + 1`` parameters into node_t from ``node_first[e]``; see ``count_nodes``.
     """
     for e in range(first.shape[0] - 1):
         a, b = first[e], first[e + 1] - 1
         o = node_first[e]
-        low, high = radius[e, 0], s[b] - radius[e, 1]
+        low, high = 0.0, s[b]
         begin = 0
         stop = counts[e]
-        if low > 0.0:
-            begin = 1
-            node_t[o + 1] = interpolate(low, s, t, a, b)
-        if radius[e, 1] > 0.0:
-            stop -= 1
-            node_t[o + stop] = interpolate(high, s, t, a, b)
+        for part in range(2):
+            ahead, back = (radius[e, 0], radius[e, 1]) if part == 0 else (step[e, 0], step[e, 1])
+            if ahead > 0.0:
+                begin += 1
+                low += ahead
+                node_t[o + begin] = interpolate(low, s, t, a, b)
+            if back > 0.0:
+                stop -= 1
+                high -= back
+                node_t[o + stop] = interpolate(high, s, t, a, b)
         node_t[o] = 0.0
         node_t[o + counts[e]] = 1.0
         pieces = stop - begin
-        step = edge_metric(first, s, h, e, low, high) / pieces
+        part_length = edge_metric(first, s, h, e, low, high) / pieces
         passed = 0.0
         k = 1
         left, h_left = low, interpolate(low, s, h, a, b)
@@ -233,8 +243,8 @@ def place_nodes(first, s, t, h, radius, counts, node_first, node_t):
             right = min(s[i], high)
             h_right = interpolate(right, s, h, a, b)
             m = metric_length(right - left, h_left, h_right)
-            while k < pieces and k * step <= passed + m:
-                at = left + metric_position(k * step - passed, right - left, h_left, h_right)
+            while k < pieces and k * part_length <= passed + m:
+                at = left + metric_position(k * part_length - passed, right - left, h_left, h_right)
                 node_t[o + begin + k] = interpolate(at, s, t, a, b)
                 k += 1
             passed += m

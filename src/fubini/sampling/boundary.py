@@ -35,7 +35,11 @@ NARROW = 27.0
 LEG_SHARE = 0.34
 #: Where a leg borders another face too, the next segment there must not be shorter by more than this: five valid
 #: triangles about a node on a straight edge span at most a ratio of 16.4.
-STEP = 10.0
+STEP = 8.0
+#: Where that cannot be had, a ratio up to this is tried.
+LARGEST_STEP = 13.0
+#: Gaps that the next segment may be long where one side of the corner is beside a wall, and where both are.
+MOST_GAPS = (2.6, 1.8)
 #: For the sake of ``STEP`` a leg may be this many times as long as asked.
 LONGEST_LEG = 1.7
 #: Decisions are taken on coordinates rounded to the diagonal over two to this.
@@ -153,6 +157,7 @@ class BoundarySizing:
         self._samples: list[tuple[Float, Float, Float]] = [None] * len(ends)  # type: ignore[list-item]
         self._at_least = np.ones(len(ends), np.int64)
         self._radius = np.zeros((len(ends), 2))
+        self._walled: list[tuple[Outline, int, int, float]] = []
         self.held = np.zeros((len(ends), 2), bool)
         for f, outline in enumerate(outlines):
             np.add.at(self.uses, outline.edges, 1)
@@ -219,7 +224,7 @@ class BoundarySizing:
 
     def _lengthen_legs(self) -> None:
         """Lengthen legs that lie beside another face too, where the next segment would be too short for that face."""
-        flat = self._flat_ends()
+        flat = self._wall_ends = self._flat_ends()
         if not (flat & (self._radius > 0.0)).any():
             return
         shortest = np.full(len(self._longest), np.inf)
@@ -228,14 +233,17 @@ class BoundarySizing:
         for outline in self.outlines:
             for c, before in loop_pairs(outline.loop_first):
                 sides = self._corner_sides(outline, c, before)
-                if outline.angles[c] < SHARP and any(flat[side] and self._radius[side] > 0.0 for side in sides):
-                    (v,) = {int(self.ends[side]) for side in sides}
-                    leg = self._radius[sides[0]]
-                    longer = self._leg_beside_wall(outline, c, before, leg, float(shortest[v]))
-                    if longer > leg:
-                        self._longest[v] *= longer / leg
-                        for side in sides:
-                            self._radius[side] = longer
+                walls = sum(bool(flat[side]) for side in sides)
+                if outline.angles[c] >= SHARP or not walls or self._radius[sides[0]] == 0.0:
+                    continue
+                self._walled.append((outline, c, before, MOST_GAPS[walls - 1]))
+                v = int(self.ends[sides[0]])
+                leg = float(self._radius[sides[0]])
+                longer = self._leg_beside_wall(outline, c, before, leg, float(shortest[v]))
+                if longer > leg:
+                    self._longest[v] *= longer / leg
+                    for side in sides:
+                        self._radius[side] = longer
 
     def _flat_ends(self) -> NDArray[np.bool_]:
         """Which edge ends (e, 2) lie at a corner of some face that is not sharp."""
@@ -253,15 +261,41 @@ class BoundarySizing:
         In a cusp the gap grows with the square of the distance; unchanged where no length will do.
         """
         size = self.options.size
+        most_gaps = self._walled[-1][3]
         edges = (int(outline.edges[j]) for j in (c, before))
-        most = min(LONGEST_LEG * size, 1.5 * shortest, LEG_SHARE * min(self._samples[e][1][-1] for e in edges))
-        longer = leg
-        while longer <= most:
-            p, q = (self._leg_end(outline, j, side, longer) for j, side in self._leg_tracks(outline, c, before))
-            if STEP * min(size, self.options.gap * math.dist(p, q)) >= longer:
-                return longer
-            longer *= 1.1
+        most = min(LONGEST_LEG * size, LONGEST_LEG * shortest, LEG_SHARE * min(self._samples[e][1][-1] for e in edges))
+        for ratio in (STEP, LARGEST_STEP):
+            longer = leg
+            while longer <= most:
+                gap = self._opening(outline, c, before, longer)
+                if ratio * min(size, most_gaps * gap) >= longer:
+                    return longer
+                longer *= 1.05
         return leg
+
+    def _opening(self, outline: Outline, c: int, before: int, leg: float) -> float:
+        """Distance between the ends of two legs of this length."""
+        p, q = (self._leg_end(outline, j, side, leg) for j, side in self._leg_tracks(outline, c, before))
+        return math.dist(p, q)
+
+    def _steps(self, radius: Float) -> Float:
+        """Lengths (e, 2) of the segments beside the legs that a flat wall sees too; 0 where sizes alone decide.
+
+        They are stretched, as far as valid triangles across the gap go, to be no less than the leg over ``STEP``.
+        """
+        steps = np.zeros((len(self.ends), 2))
+        for outline, c, before, most_gaps in self._walled:
+            sides = self._corner_sides(outline, c, before)
+            leg = float(radius[sides[0]])
+            gap = self._opening(outline, c, before, leg)
+            gaps = leg / (STEP * gap)
+            if gaps <= self.options.gap or LARGEST_STEP * most_gaps * gap < leg:
+                continue
+            for side in sides:
+                if self._wall_ends[side]:
+                    step = min(self.options.size, min(gaps, most_gaps) * gap)
+                    steps[side] = min(steps[side], step) if steps[side] > 0.0 else step
+        return steps
 
     def _leg_of_true_angle(self, outline: Outline, c: int, before: int, leg: float) -> float:
         """Shorten the leg until the chords open about as wide as the tangents do."""
@@ -332,13 +366,14 @@ class BoundarySizing:
         first, t, s, cap, h = self._grade(radius)
         first, t, s, h = kernels.envelope(first, t, s, cap, h, self.options.gradient)
         counts = np.empty(len(self.ends), np.int64)
-        kernels.count_nodes(first, s, h, radius, self._at_least, counts)
+        step = self._steps(radius)
+        kernels.count_nodes(first, s, h, radius, step, self._at_least, counts)
         if counts.sum() > self.options.most or counts.min(initial=1) < 1:
             self._refuse(counts)
         node_first = np.zeros(len(counts) + 1, np.int64)
         np.cumsum(counts + 1, out=node_first[1:])
         node_t = np.empty(node_first[-1])
-        kernels.place_nodes(first, s, t, h, radius, counts, node_first, node_t)
+        kernels.place_nodes(first, s, t, h, radius, step, counts, node_first, node_t)
         return EdgeNodes(node_first, node_t)
 
     def _grade(self, radius: Float) -> tuple[NDArray[np.int64], Float, Float, Float, Float]:
