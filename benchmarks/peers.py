@@ -8,16 +8,22 @@ that of the whole of ``fubini.mesh``, with names and certificate.
 
 from __future__ import annotations
 
+import ctypes
 import json
 import math
+import os
 import re
-import resource
+import signal
 import sys
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "tests"))
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "src"))
 
 import fubini
 import regions  # of tests/
@@ -28,8 +34,12 @@ from fubini.region import Loop, Region
 TRIANGLE = math.sqrt(3.0) / 4.0
 #: The stages of ``fubini.mesh`` that make the mesh.
 MESHING = "boundary", "faces", "assemble"
-#: A search for the size that gives the wanted number of triangles ends within this share of it.
-MATCHED, SEARCHES = 0.06, 7
+#: Triangles of the two runs that warm a process up: the second reaches code that only large meshes need.
+WARM = (200, 20_000)
+#: Seconds after which a run is ended.
+PATIENCE = 300
+#: Generators with threads, which do not live through a fork: they are warmed up behind it.
+THREADED = ("netgen",)
 
 
 def wrench() -> Region:
@@ -49,7 +59,7 @@ FACES: dict[str, Callable[[], Region]] = {
 
 
 class Stopwatch:
-    """CPU and wall seconds of a block; ``cpu_all`` is the CPU time with all that goes beyond the mesh itself."""
+    """CPU and wall seconds of a block; ``cpu_all`` with what follows the mesh (names, certificate)."""
 
     def __enter__(self) -> Stopwatch:
         self._start = time.process_time(), time.perf_counter()
@@ -58,6 +68,10 @@ class Stopwatch:
     def __exit__(self, *_: object) -> None:
         self.cpu = self.cpu_all = time.process_time() - self._start[0]
         self.wall = time.perf_counter() - self._start[1]
+
+    def seconds(self) -> dict[str, float]:
+        """What was measured, by name."""
+        return {"cpu": self.cpu, "cpu_all": self.cpu_all, "wall": self.wall}
 
 
 def polyline(region: Region, size: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -108,31 +122,46 @@ def gmsh_geometry(region: Region) -> None:
     occ.synchronize()
 
 
+def prepare_gmsh(region: Region, size: float, algorithm: int) -> None:
+    """Gmsh with the region, its options set, and no mesh."""
+    import gmsh
+
+    if not gmsh.isInitialized():
+        gmsh.initialize(interruptible=False)
+    gmsh.option.setNumber("General.Verbosity", 0)
+    gmsh.clear()
+    settings = {
+        "General.NumThreads": 1, "Mesh.Algorithm": algorithm, "Mesh.MeshSizeMin": size, "Mesh.MeshSizeMax": size,
+        "Mesh.MeshSizeExtendFromBoundary": 0, "Mesh.MeshSizeFromPoints": 0,
+    }  # fmt: skip
+    for name, value in settings.items():
+        gmsh.option.setNumber(name, value)
+    gmsh_geometry(region)
+
+
+def mesh_of_gmsh(order: int = 1) -> tuple[np.ndarray, np.ndarray]:
+    """Points (n, 2) and triangles (m, 3 or 6) of Gmsh's mesh."""
+    import gmsh
+
+    tags, points, _ = gmsh.model.mesh.getNodes()
+    number = np.zeros(int(tags.max()) + 1, np.int64)
+    number[tags] = np.arange(len(tags))
+    _, corners = gmsh.model.mesh.getElementsByType((2, 9)[order - 1])
+    return points.reshape(-1, 3)[:, :2], number[corners].reshape(-1, 3 * order)
+
+
 def run_gmsh(algorithm: int, optimise: bool):
     """Gmsh's algorithm of this number (5 Delaunay, 6 Frontal-Delaunay), with or without Laplace2D."""
 
     def run(region: Region, size: float):
         import gmsh
 
-        if not gmsh.isInitialized():
-            gmsh.initialize(interruptible=False)
-        gmsh.clear()
-        settings = {
-            "General.Verbosity": 0, "General.NumThreads": 1, "Mesh.Algorithm": algorithm, "Mesh.MeshSizeMin": size,
-            "Mesh.MeshSizeMax": size, "Mesh.MeshSizeExtendFromBoundary": 0, "Mesh.MeshSizeFromPoints": 0,
-        }  # fmt: skip
-        for name, value in settings.items():
-            gmsh.option.setNumber(name, value)
-        gmsh_geometry(region)
+        prepare_gmsh(region, size, algorithm)
         with Stopwatch() as watch:
             gmsh.model.mesh.generate(2)
             if optimise:
                 gmsh.model.mesh.optimize("Laplace2D")
-        tags, points, _ = gmsh.model.mesh.getNodes()
-        number = np.zeros(int(tags.max()) + 1, np.int64)
-        number[tags] = np.arange(len(tags))
-        _, corners = gmsh.model.mesh.getElementsByType(2)
-        return points.reshape(-1, 3)[:, :2], number[corners].reshape(-1, 3), watch
+        return *mesh_of_gmsh(), watch
 
     return run
 
@@ -161,7 +190,8 @@ def run_netgen(region: Region, size: float):
         mesh = geometry.GenerateMesh(maxh=size)
     table = mesh.Elements2D().NumPy()
     triangles = table["nodes"][:, :3].astype(np.int64) - 1
-    return np.asarray(mesh.Coordinates())[:, :2], triangles, watch
+    points = np.array(mesh.Coordinates())[:, :2]  # a copy: the array is a view of what goes with the mesh
+    return points, triangles, watch
 
 
 def run_triangle(angle: int):
@@ -213,8 +243,8 @@ TOOLS = {
 }
 
 
-def judge(region: Region, points: np.ndarray, triangles: np.ndarray) -> dict[str, float]:
-    """Figures of a mesh from its arrays, against the exact region."""
+def judge(region: Region, points: np.ndarray, triangles: np.ndarray) -> dict:
+    """Figures of a mesh from its arrays, against the exact region; the histogram has a bin a degree of skewness."""
     p = points[triangles]
     turned = areas(p) < 0.0
     p[turned] = p[turned][:, ::-1]
@@ -229,52 +259,78 @@ def judge(region: Region, points: np.ndarray, triangles: np.ndarray) -> dict[str
         "worst_skew": float(skew.min()), "mean_skew": float(skew.mean()),
         "worst_ar": float(aspect.max()), "mean_ar": float(aspect.mean()),
         "boundary_distance": float(off.max()) / region.diagonal, "area_error": abs(float(areas(p).sum()) - area) / area,
+        "histogram": np.histogram(skew, 90, (0.0, 90.0))[0].tolist(),
     }  # fmt: skip
 
 
-def matched_size(run, region: Region, target: int) -> float:
-    """The size at which a generator makes about the wanted number of triangles."""
-    size = math.sqrt(region.area / target / TRIANGLE)
-    best, least = size, math.inf
-    for _ in range(SEARCHES):
-        count = len(run(region, size)[1])
-        if abs(count / target - 1.0) < least:
-            best, least = size, abs(count / target - 1.0)
-        if least < MATCHED:
-            break
-        size *= math.sqrt(count / target)
-    return best
+def memory_of(key: str) -> int:
+    """A size in bytes of /proc/self/status: VmRSS is the memory held now, VmHWM its peak."""
+    return 1024 * int(re.search(key + r":\s+(\d+)", Path("/proc/self/status").read_text())[1])
 
 
-def peak(reset: bool = False) -> int:
-    """Peak memory of this process in bytes; ``reset`` starts a new peak (Linux)."""
-    try:
-        if reset:
-            Path("/proc/self/clear_refs").write_text("5")
-        return 1024 * int(re.search(r"VmHWM:\s+(\d+)", Path("/proc/self/status").read_text())[1])
-    except OSError:
-        return 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-
-
-def serve(tool: str) -> None:
-    """Answer orders ``[face, target, size or null]``, a line of JSON each, with figures in a line of JSON."""
-    run = TOOLS[tool]
-    for line in sys.stdin:
-        name, target, size = json.loads(line)
-        region = FACES[name]()
+def forked(work: Callable[[], dict]) -> dict:
+    """What ``work`` answers in a child process, or the signal that killed it."""
+    read, write = os.pipe()
+    child = os.fork()
+    if not child:
         try:
-            size = size or matched_size(run, region, target)
-            before = peak(reset=True)
-            points, triangles, watch = run(region, size)
-            memory = peak() - before
-            answer = {
-                "size": size, "cpu": watch.cpu, "cpu_all": watch.cpu_all, "wall": watch.wall, "memory": memory,
-            }  # fmt: skip
-            answer |= judge(region, points, triangles)
+            answer = work()
         except Exception as error:  # a peer that fails is a result, too
             answer = {"error": f"{type(error).__name__}: {error}"[:200]}
+        with os.fdopen(write, "w") as pipe:
+            pipe.write(json.dumps(answer))
+        os._exit(0)
+    os.close(write)
+    with os.fdopen(read) as pipe:
+        text = pipe.read()
+    status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+    return json.loads(text) if text else {"error": f"the process ended with status {status}"}
+
+
+def warm_up(run: Callable) -> None:
+    """Small runs, whose memory is given back."""
+    disk = FACES["quarter disk"]()
+    for count in WARM:
+        run(disk, math.sqrt(disk.area / count / TRIANGLE))
+    ctypes.CDLL(None).malloc_trim(0)
+
+
+def measure(tool: str, face: str, size: float) -> dict:
+    """One run, with its peak of memory above what the process held before, and the figures of its mesh."""
+    run, region = TOOLS[tool], FACES[face]()
+    signal.alarm(PATIENCE)
+    if tool in THREADED:
+        warm_up(run)
+    before = memory_of("VmRSS")
+    Path("/proc/self/clear_refs").write_text("5")  # a new peak
+    points, triangles, watch = run(region, size)
+    memory = max(0, memory_of("VmHWM") - before)
+    return watch.seconds() | {"memory": memory} | judge(region, points, triangles)
+
+
+def again(tool: str, face: str, size: float) -> dict:
+    """One run in this process, timed alone."""
+    signal.alarm(PATIENCE)
+    try:
+        return TOOLS[tool](FACES[face](), size)[2].seconds()
+    finally:
+        signal.alarm(0)
+
+
+def serve(tool: str, fresh: bool) -> None:
+    """Answer orders ``[face, size]``, a line of JSON each, with figures in a line of JSON.
+
+    Fresh runs happen in forks of this process, which has run nothing but the warming up: nothing
+    that an earlier mesh left can be used again, so the peak of memory is that of the run.
+    """
+    if not (fresh and tool in THREADED):
+        warm_up(TOOLS[tool])
+    print("READY", flush=True)
+    for line in sys.stdin:
+        face, size = json.loads(line)
+        answer = forked(partial(measure, tool, face, size)) if fresh else again(tool, face, size)
         print("ANSWER " + json.dumps(answer), flush=True)
 
 
 if __name__ == "__main__":
-    serve(sys.argv[1])
+    serve(sys.argv[1], fresh="fresh" in sys.argv[2:])

@@ -114,8 +114,17 @@ def solve(mesh, order: int, traction, loaded: tuple[str, ...], rule: int):
 
 def kirsch(mesh, order: int) -> tuple[float, float, float]:
     """Errors in L2 and energy, and the stress concentration."""
+    return kirsch_errors(mesh, order, solve_kirsch(mesh, order))
+
+
+def solve_kirsch(mesh, order: int):
+    """Displacements under Kirsch's tractions on the outer sides."""
     normal = {"right": 0, "top": 1}
-    _, u = solve(mesh, order, lambda name, x, y: kirsch_stress(x, y)[normal[name]], ("right", "top"), 6)
+    return solve(mesh, order, lambda name, x, y: kirsch_stress(x, y)[normal[name]], ("right", "top"), 6)[1]
+
+
+def kirsch_errors(mesh, order: int, u) -> tuple[float, float, float]:
+    """Errors of displacements u in L2 and energy, and their stress concentration."""
     element = skfem.ElementVector((skfem.ElementTriP1(), skfem.ElementTriP2())[order - 1])
     fine = skfem.Basis(mesh, element, intorder=8)
     found = fine.interpolate(u)

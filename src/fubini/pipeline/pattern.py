@@ -46,7 +46,12 @@ def pattern_points(region: Region, outline: Outline, pattern: str) -> PatternPoi
     The region is sliced at every vertex, as the paper draws it, so that each limit is one smooth curve.
     """
     reference = reference_points(pattern)
-    mapped = np.concatenate([map_points(cell, reference) for cell in decompose(region, "auto", at_vertices=True)])
+    cells = decompose(region, "auto", at_vertices=True)
+    return settle_points(np.concatenate([map_points(cell, reference) for cell in cells]), region, outline)
+
+
+def settle_points(mapped: Float, region: Region, outline: Outline) -> PatternPoints:
+    """Sort mapped points (n, 2) of all cells into boundary nodes and interior points."""
     points, _ = distinct(mapped, ON_BOUNDARY * region.diagonal)
     curves = [curve for loop in region.loops for curve in loop.curves]
     on_curve, inside = _sort_out(points, curves, outline, ON_BOUNDARY * region.diagonal)
