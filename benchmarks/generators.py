@@ -32,7 +32,7 @@ import tables
 import regions  # of tests/
 from fubini.cells import decompose
 from fubini.optimise import OptimiseOptions, optimise
-from fubini.pipeline.faces import limited
+from fubini.pipeline.faces import MOVES, MOVES_EACH
 from fubini.pipeline.pattern import pattern_nodes, pattern_points, settle_points
 from fubini.quality import flawed, skewness
 from fubini.region import Region
@@ -240,7 +240,7 @@ def matched_mesh(name: str, region: Region, count: int):
 def improve(start, tracks):
     """Outcome of the optimiser, with the budget that the pipeline gives it, and its CPU seconds."""
     started = time.process_time()
-    outcome = optimise(start, tracks, limited(OptimiseOptions(), start))
+    outcome = optimise(start, tracks, OptimiseOptions(budget=MOVES, budget_each=MOVES_EACH))
     return outcome, time.process_time() - started
 
 
