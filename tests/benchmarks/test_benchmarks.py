@@ -60,6 +60,7 @@ def test_a_mesh_is_judged_against_its_region(scripts):
     assert peers.judge(square, moved, triangles)["boundary_distance"] > 0.01
 
 
+@pytest.mark.filterwarnings("ignore:.*fork:DeprecationWarning")  # threads of the test runner
 def test_a_run_that_dies_is_told(scripts):
     peers = scripts("peers")
 
