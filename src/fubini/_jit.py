@@ -23,6 +23,7 @@ from numba.core.caching import CompileResultCacheImpl, FunctionCache, _CacheLoca
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
 from numba.core.types.misc import unliteral
+from numpy.typing import NDArray
 
 
 @functools.cache
@@ -131,6 +132,13 @@ def _compiler(library: type[JITCodeLibrary]) -> type[Compiler]:
 
 
 _COMPILERS = {library: _compiler(library) for library in (_Part, _Whole)}
+
+
+def readonly(array: Any, kind: type) -> NDArray[Any]:
+    """A read-only view for kernels that only look: one array type, no copy of what is frozen already."""
+    view: NDArray[Any] = np.ascontiguousarray(array, kind).view()
+    view.flags.writeable = False
+    return view
 
 
 def kernel(function: Callable[..., Any] | None = None, *, allocates: bool = False) -> Any:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from fubini.measure import Measures, measure, triangle_figures
 from fubini.quality import corner_limit
 from fubini.result import Certificate, Corner, FaceCertificate
 from fubini.tolerance import AREA, FLAT, MAX_ASPECT_RATIO, MIN_SKEW, ON_CURVE
@@ -27,8 +28,6 @@ Evaluate = Callable[[Int, Float], Float]
 
 #: Where a curve is compared with its chord, beside its ends (shares of the parameter span).
 CHORD_SAMPLES = np.arange(1, 8) / 8.0
-#: Triangles measured at a time.
-BLOCK = 8192
 
 
 @dataclass(frozen=True)
@@ -56,54 +55,6 @@ class Outline:
     slack: float = 0.0
 
 
-@dataclass(frozen=True)
-class TriangleFigures:
-    """Per triangle (m,): twice the area vector (m, 3), skewness, aspect ratio, least and greatest angle."""
-
-    normals: Float
-    skew: Float
-    aspect: Float
-    least: Float
-    greatest: Float
-
-    def flawed(self, min_skew: float, max_aspect_ratio: float) -> NDArray[np.bool_]:
-        """Which triangles (m,) are at or beyond a bound."""
-        return (self.skew <= min_skew) | (self.aspect >= max_aspect_ratio)
-
-
-def triangle_figures(points: Float, triangles: Int) -> TriangleFigures:
-    """All figures of triangles (m, 3) of points (n, 3), block by block: what is in the cache stays there."""
-    if len(triangles) <= BLOCK:
-        return _figures_of_block(points, triangles)
-    m = len(triangles)
-    out = TriangleFigures(np.empty((m, 3)), np.empty(m), np.empty(m), np.empty(m), np.empty(m))
-    for i in range(0, m, BLOCK):
-        part = _figures_of_block(points, triangles[i : i + BLOCK])
-        for name in ("normals", "skew", "aspect", "least", "greatest"):
-            getattr(out, name)[i : i + BLOCK] = getattr(part, name)
-    return out
-
-
-def _figures_of_block(points: Float, triangles: Int) -> TriangleFigures:
-    """Figures from the squared sides and one cross product."""
-    a, b, c = (np.ascontiguousarray(points[triangles[:, i]].T) for i in range(3))
-    u, v, w = b - a, c - a, c - b
-    normals = u[[1, 2, 0]] * v[[2, 0, 1]] - u[[2, 0, 1]] * v[[1, 2, 0]]
-    double = np.sqrt((normals * normals).sum(0))
-    squares = np.stack([(e * e).sum(0) for e in (u, v, w)])
-    total, low, high = squares.sum(0), squares.min(0), squares.max(0)
-    middle = total - low - high
-    with np.errstate(divide="ignore", invalid="ignore"):
-        sides = np.sqrt(squares)
-        aspect = sides.prod(0) * sides.sum(0) / (4.0 * double * double)
-    aspect[~np.isfinite(aspect)] = np.inf
-    skew = np.degrees(np.arctan2(2.0 * double, high - low))
-    skew[double == 0.0] = 0.0
-    least = np.degrees(np.arctan2(2.0 * double, middle + high - low))
-    greatest = np.degrees(np.arctan2(2.0 * double, low + middle - high))
-    return TriangleFigures(normals.T, skew, aspect, least, greatest)
-
-
 def certify_face(
     face: Face,
     points: Float,
@@ -116,6 +67,7 @@ def certify_face(
     max_aspect_ratio: float = MAX_ASPECT_RATIO,
     moves: Mapping[str, int] | None = None,
     budget_exhausted: bool = False,
+    number: NDArray[np.uint32] | None = None,
 ) -> FaceCertificate:
     """Figures and verdict of one face.
 
@@ -126,38 +78,39 @@ def certify_face(
     evaluate : curve numbers (k,) and parameters (k,) to plane coordinates (k, 2), as
         ``functools.partial(fubini.tracks.evaluate, tracks)`` gives.
     diagonal : of the whole model; tolerances are relative to it.
+    number : ``fubini.measure.numbering(n)``, shared by the faces of one mesh.
     """
     if not len(triangles):
         return _nothing(face)
-    shape = triangle_figures(points, triangles)
-    flaws = _find_flaws(face, points, triangles, shape, outline, (min_skew, max_aspect_ratio))
+    limits = min_skew, max_aspect_ratio
+    shape = measure(points, triangles, outline.segments, (face.frame.origin, face.frame.normal), limits, number)
+    flaws = _find_flaws(face, points, triangles, shape, outline, limits)
     boundary = _boundary_figures(face, points, outline, evaluate)
     area = float(face.area if face.area is not None else face.region.area)
-    mesh_area = 0.5 * float((shape.normals @ face.frame.normal).sum())
-    reasons = [
-        *_flaw_reasons(flaws, shape),
+    reasons = (
+        *_flaw_reasons(flaws, points, triangles),
         *_boundary_reasons(boundary, points, outline, diagonal),
         *_cover_reasons(outline),
-        *_area_reasons(area, mesh_area, boundary, outline),
+        *_area_reasons(area, shape.area, boundary, outline),
         *_shape_reasons(face, points, triangles, shape, outline, diagonal),
-    ]
+    )
     return FaceCertificate(
         face=face.index,
         name=face.name,
         triangles=len(triangles),
-        flawed=flaws.count,
+        flawed=len(shape.flawed),
         unavoidable=len(flaws.corners),
         corners=flaws.corners,
-        worst_skew=float(shape.skew.min()),
-        mean_skew=float(shape.skew.mean()),
-        worst_aspect_ratio=float(shape.aspect.max()),
+        worst_skew=shape.worst_skew,
+        mean_skew=shape.mean_skew,
+        worst_aspect_ratio=shape.worst_aspect,
         worst_at=flaws.worst_at,
-        min_angle=float(shape.least.min()),
-        max_angle=float(shape.greatest.max()),
-        area_error=abs(mesh_area - area) / area,
+        min_angle=shape.least,
+        max_angle=shape.greatest,
+        area_error=abs(shape.area - area) / area,
         boundary_distance=float(boundary.node.max(initial=0.0)),
         chord_error=float(boundary.chord.max(initial=0.0)),
-        reasons=tuple(reasons),
+        reasons=reasons,
         moves=dict(moves or {}),
         budget_exhausted=budget_exhausted,
         excess=flaws.excess,
@@ -214,9 +167,12 @@ def excuse(triangles: Int, corners: Int) -> NDArray[np.intp]:
 
 @dataclass(frozen=True)
 class _Flaws:
-    """Flawed triangles of a face, the corners that excuse some, and the worst triangle of the others."""
+    """Number of flawed triangles that no corner excuses, the sharp corners, and the worst triangle not excused.
 
-    count: int
+    ``worst_at`` its centroid, ``avoidable_skew`` its skewness. Where all triangles are excused the worst of all counts,
+    and ``avoidable_skew`` is 90.
+    """
+
     excess: int
     corners: tuple[Corner, ...]
     worst: int
@@ -228,30 +184,28 @@ def _find_flaws(
     face: Face,
     points: Float,
     triangles: Int,
-    shape: TriangleFigures,
+    shape: Measures,
     outline: Outline,
     limits: tuple[float, float],
 ) -> _Flaws:
-    flawed = np.flatnonzero(shape.flawed(*limits))
     sharp = np.flatnonzero(outline.angles < corner_limit(*limits))
     nodes = outline.corners[sharp]
-    excused = flawed[excuse(triangles[flawed], nodes)] if len(flawed) and len(nodes) else flawed[:0]
-    rest = shape.skew.copy()
-    rest[excused] = np.inf
-    all_excused = len(excused) == len(rest)
-    worst = int(shape.skew.argmin() if all_excused else rest.argmin())
+    free = np.ones(len(shape.flawed), bool)
+    if len(free) and len(nodes):
+        free[excuse(triangles[shape.flawed], nodes)] = False
+    worst, skew = shape.worst_sound
+    all_excused = worst < 0 and not free.any()
+    among = np.flatnonzero(free | all_excused)
+    if len(among):
+        k = among[shape.flaws[among, 0].argmin()]
+        if worst < 0 or (shape.flaws[k, 0], shape.flawed[k]) < (skew, worst):
+            worst, skew = int(shape.flawed[k]), float(shape.flaws[k, 0])
     corners = tuple(
         Corner(face.index, _place(points[i]), float(angle))
         for i, angle in zip(nodes, outline.angles[sharp], strict=True)
     )
-    return _Flaws(
-        len(flawed),
-        len(flawed) - len(excused),
-        corners,
-        worst,
-        _place(points[triangles[worst]].mean(0)),
-        90.0 if all_excused else float(shape.skew[worst]),
-    )
+    at = _place(points[triangles[worst]].mean(0))
+    return _Flaws(int(free.sum()), corners, worst, at, 90.0 if all_excused else skew)
 
 
 @dataclass(frozen=True)
@@ -282,13 +236,13 @@ def _boundary_figures(face: Face, points: Float, outline: Outline, evaluate: Eva
     return _Boundary(node, chord, np.sqrt(square))
 
 
-def _flaw_reasons(flaws: _Flaws, shape: TriangleFigures) -> list[str]:
+def _flaw_reasons(flaws: _Flaws, points: Float, triangles: Int) -> list[str]:
     if not flaws.excess:
         return []
     beyond = f" beyond the {len(flaws.corners)} unavoidable" if flaws.corners else ""
     what = "triangle" if flaws.excess == 1 else "triangles"
-    skew, aspect = shape.skew[flaws.worst], shape.aspect[flaws.worst]
-    figures = f"skewness {skew:.4g}, aspect ratio {aspect:.4g}"
+    worst = triangle_figures(points, triangles[flaws.worst : flaws.worst + 1])
+    figures = f"skewness {worst.skew[0]:.4g}, aspect ratio {worst.aspect[0]:.4g}"
     return [f"{flaws.excess} flawed {what}{beyond}, worst at {_text(flaws.worst_at)}: {figures}"]
 
 
@@ -321,52 +275,20 @@ def _area_reasons(area: float, mesh_area: float, boundary: _Boundary, outline: O
 
 
 def _shape_reasons(
-    face: Face, points: Float, triangles: Int, shape: TriangleFigures, outline: Outline, diagonal: float
+    face: Face, points: Float, triangles: Int, shape: Measures, outline: Outline, diagonal: float
 ) -> list[str]:
     """Triangles upside down, nodes off the plane, edges that do not close up."""
-    normal, reasons = face.frame.normal, []
-    inverted = np.flatnonzero(shape.normals @ normal <= 0.0)
-    if len(inverted):
-        at = _text(points[triangles[inverted[0]]].mean(0))
-        reasons.append(f"{len(inverted)} triangles have no area or lie upside down, the first at {at}")
-    corner = triangles.ravel()
-    if len(points) < corner.size:
-        height = np.abs((points - face.frame.origin) @ normal)[corner]
-    else:
-        height = np.abs((points[corner] - face.frame.origin) @ normal)
-    if height.max() > FLAT * diagonal + face.tolerance + outline.slack:
-        at = _text(points[corner[height.argmax()]])
-        reasons.append(f"a node lies {height.max():.2g} off the plane of the face at {at}")
-    if not closes_up(triangles, outline.segments, len(points)):
+    reasons = []
+    count, first = shape.inverted
+    if count:
+        at = _text(points[triangles[first]].mean(0))
+        reasons.append(f"{count} triangles have no area or lie upside down, the first at {at}")
+    height, node = shape.height
+    if not height <= FLAT * diagonal + face.tolerance + outline.slack:
+        reasons.append(f"a node lies {height:.2g} off the plane of the face at {_text(points[node])}")
+    if not shape.closed:
         reasons.append("the triangles do not fit together, or do not end at the boundary segments")
     return reasons
-
-
-def closes_up(triangles: Int, segments: Int, points: int) -> bool:
-    """Whether every directed edge occurs once, and its reverse too but on the given boundary segments."""
-    sides = np.empty(triangles.size, np.int64)
-    for i in range(0, len(triangles), BLOCK):
-        part = triangles[i : i + BLOCK]
-        sides[3 * i : 3 * (i + len(part))] = _directed(part, part[:, [1, 2, 0]], points).ravel()
-    sides.sort()
-    if (sides[1:] == sides[:-1]).any():
-        return False
-    lines = sides >> 1
-    alone = np.ones(len(lines), bool)
-    alone[1:] = lines[1:] != lines[:-1]
-    alone[:-1] &= alone[1:]
-    ends = _directed(segments[:, 0], segments[:, 1], points)
-    line, at = np.unique(ends >> 1, return_inverse=True)
-    surplus = np.bincount(at.ravel(), 1.0 - 2.0 * (ends & 1))  # segments there and back cancel out
-    once = surplus != 0.0
-    rim = 2 * line[once] + (surplus[once] < 0.0)
-    return bool((np.abs(surplus) <= 1.0).all()) and np.array_equal(sides[alone], rim)
-
-
-def _directed(start: Int, end: Int, points: int) -> NDArray[np.int64]:
-    """Number of each directed edge; edges there and back differ in the last bit only."""
-    a, b = start.astype(np.int64), end.astype(np.int64)
-    return 2 * (np.minimum(a, b) * points + np.maximum(a, b)) + (a > b)
 
 
 def _place(point: Float) -> tuple[float, float, float]:

@@ -14,6 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fubini._jit import readonly
+from fubini._kernels_shipped import meet
 from fubini.errors import OptionError
 
 Float = NDArray[np.float64]
@@ -136,18 +138,19 @@ def segment_sides(triangles: Int, segments: Int) -> tuple[Int, Int, Int]:
     if not len(segments):
         empty = np.empty(0, np.int32)
         return empty, empty, empty
-    n = int(max(triangles.max(initial=0), segments.max())) + 1
-    a, b = triangles.astype(np.int64), np.roll(triangles, -1, axis=1).astype(np.int64)
-    sides = (np.minimum(a, b) * n + np.maximum(a, b)).ravel()
-    ends = np.sort(segments.astype(np.int64), axis=1)
-    keys = ends[:, 0] * n + ends[:, 1]
-    order = np.argsort(keys, kind="stable")
-    at = np.minimum(np.searchsorted(keys[order], sides), len(keys) - 1)
-    hit = np.flatnonzero(keys[order][at] == sides)
-    segment = order[at[hit]]
-    by = np.argsort(segment, kind="stable")
-    hit, segment = hit[by], segment[by]
-    return segment.astype(np.int32), (hit // 3).astype(np.int32), (hit % 3).astype(np.int32)
+    ends = np.sort(segments, axis=1)
+    order = np.lexsort((ends[:, 1], ends[:, 0])).astype(np.uint32)
+    low = ends[order, 0]
+    first = np.searchsorted(low, np.arange(int(low[-1]) + 2)).astype(np.uint32)
+    high = ends[order, 1].astype(np.uint32)
+    corners = readonly(triangles, np.int32).view(np.uint32)
+    count, found = 3 * len(segments), np.empty((0, 3), np.int32)
+    while count > len(found):
+        found = np.empty((count, 3), np.int32)
+        count = meet(corners, order, first, high, found)
+    found = found[:count]
+    segment, triangle, side = found[np.argsort(found[:, 0], kind="stable")].T
+    return segment, triangle, side
 
 
 def _check_name(name: object) -> None:
@@ -190,17 +193,31 @@ def _rows(mask: NDArray[np.bool_]) -> Int:
 
 def _name_rest(groups: dict[str, list[Int]], owner: Int, names: Mapping[int, str]) -> None:
     """Add the source's names where the user gave none."""
-    free = _free(groups, len(owner))
-    for index in sorted(names):
-        rows = _rows(free & (owner == index))
-        if len(rows):
+    if not names:
+        return
+    for index, rows in _left(groups, owner):
+        if index in names:
             groups.setdefault(names[index], []).append(rows)
 
 
 def _name_faces(regions: dict[str, list[Int]], owner: Int) -> None:
-    free = _free(regions, len(owner))
-    for index in np.flatnonzero(np.bincount(owner[free])).tolist():
-        regions[_fresh(f"face_{index}", regions)] = [_rows(free & (owner == index))]
+    for index, rows in _left(regions, owner):
+        regions[_fresh(f"face_{index}", regions)] = [rows]
+
+
+def _left(groups: Mapping[str, list[Int]], owner: Int) -> list[tuple[int, Int]]:
+    """The indices that no group holds, by their owner, both rising."""
+    rows = np.arange(len(owner), dtype=np.int32)
+    if groups:
+        rows = rows[_free(groups, len(owner))]
+        owner = owner[rows]
+    steps = np.diff(owner)
+    if (steps < 0).any():
+        order = np.argsort(owner, kind="stable")
+        rows, owner = rows[order], owner[order]
+        steps = np.diff(owner)
+    starts = [0, *(np.flatnonzero(steps) + 1).tolist(), len(rows)]
+    return [(int(owner[i]), rows[i:j]) for i, j in zip(starts, starts[1:], strict=False) if i < j]
 
 
 def _name_segments(boundaries: dict[str, list[Int]], regions: dict[str, list[Int]], parts: Parts) -> None:
@@ -213,26 +230,23 @@ def _name_segments(boundaries: dict[str, list[Int]], regions: dict[str, list[Int
         left = rows[free[rows]]
         if len(left):
             found[base] = [left]
-    several = np.flatnonzero(free & (sides > 1))
-    for base, rows in _between(parts, list(regions), primary(_joined(regions), len(parts.triangles)), several):
-        found.setdefault(base, []).append(rows)
+    among = (free & (sides > 1))[segment]
+    if among.any():
+        owner = primary(_joined(regions), len(parts.triangles))
+        for base, rows in _between(parts, list(regions), owner, segment[among], triangle[among]):
+            found.setdefault(base, []).append(rows)
     for base, more in found.items():
         boundaries[_fresh(base, boundaries)] = more
 
 
 def _between(
-    parts: Parts, names: list[str], owner: NDArray[np.int64], segments: NDArray[np.intp]
+    parts: Parts, names: list[str], owner: NDArray[np.int64], segment: Int, triangle: Int
 ) -> list[tuple[str, Int]]:
     """Names of segments with several triangles: the regions that meet there, or the edge inside one face.
 
-    Segments of the same regions, faces and edge are looked at once.
+    ``segment`` and ``triangle`` are pairs as ``segment_sides`` gives them. Segments of the same regions, faces and edge
+    are looked at once.
     """
-    chosen = np.zeros(len(parts.segments), bool)
-    chosen[segments] = True
-    segment, triangle, _ = segment_sides(parts.triangles, parts.segments)
-    segment, triangle = segment[chosen[segment]], triangle[chosen[segment]]
-    if not len(segment):
-        return []
     start = np.flatnonzero(np.diff(segment, prepend=-1))
     faces = parts.face_of_triangle[triangle]
     ends = [f(x, start) for x in (owner[triangle], faces) for f in (np.minimum.reduceat, np.maximum.reduceat)]
@@ -267,9 +281,10 @@ def _loops(parts: Parts, segment: Int, triangle: Int, side: Int) -> dict[str, In
     corners = parts.triangles[triangle]
     rows = np.arange(len(segment))
     a, b = corners[rows, side], corners[rows, (side + 1) % 3]
-    n = len(parts.points)
-    _, label = connected_components(coo_array((np.ones(len(a)), (a, b)), shape=(n, n)), directed=False)
-    _, loop = np.unique(label[a], return_inverse=True)
+    nodes, ends = np.unique(np.concatenate([a, b]), return_inverse=True)
+    tail, head = ends.reshape(2, -1)
+    graph = coo_array((np.ones(len(a), np.int8), (tail, head)), shape=(len(nodes), len(nodes)))
+    loop = connected_components(graph, directed=False)[1][tail]
     p, q, r = (parts.points[corners[:, k]] for k in range(3))
     normal = np.cross(q - p, r - p)
     origin = parts.points[a[np.unique(loop, return_index=True)[1]]][loop]
@@ -303,6 +318,8 @@ def _joined(groups: Mapping[str, list[Int]]) -> dict[str, Int]:
 
 
 def _union(pieces: list[Int]) -> Int:
-    """Indices of all pieces, sorted, each once."""
+    """Indices of all pieces, each sorted and without doubles, sorted, each once."""
+    if len(pieces) == 1:
+        return pieces[0]
     rows = np.sort(np.concatenate(pieces))
     return rows[np.diff(rows, prepend=-1) > 0].astype(np.int32)

@@ -11,9 +11,9 @@ import pytest
 import fubini
 import regions
 from fubini import elevation
-from fubini.certificate import closes_up
 from fubini.elevation import GAP, curve_midpoints, elevate, jacobian_bounds
 from fubini.errors import InputError, OptionError
+from fubini.measure import closes_up
 from handmade import square
 
 

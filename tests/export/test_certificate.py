@@ -5,12 +5,15 @@ from __future__ import annotations
 import dataclasses
 import math
 import time
+from collections import Counter
 
 import numpy as np
 import pytest
 
 from fubini import quality
-from fubini.certificate import Outline, certify_face, closes_up, excuse, triangle_figures
+from fubini.certificate import Outline, certify_face, excuse
+from fubini.errors import OptionError
+from fubini.measure import closes_up, measure, numbering, triangle_figures
 from fubini.model import Face, Frame
 from handmade import FLAT_FRAME, UNIT, Polygon, bad_square, box, grid, one_face, outline_of, square, wedge
 
@@ -38,6 +41,13 @@ def circle(curve, t):
     return np.stack([np.cos(2 * np.pi * t), np.sin(2 * np.pi * t)], 1)
 
 
+SEGMENTS = np.array([[0, 1]], np.int32)
+
+
+def assert_close(found, wanted):
+    np.testing.assert_allclose(found, wanted, rtol=1e-11, atol=1e-12)
+
+
 def test_figures_agree_with_quality():
     p = np.random.default_rng(5).normal(size=(500, 3, 3))
     found = triangle_figures(p.reshape(-1, 3), np.arange(1500, dtype=np.int32).reshape(-1, 3))
@@ -45,6 +55,39 @@ def test_figures_agree_with_quality():
     np.testing.assert_allclose(found.aspect, quality.aspect_ratios(p), rtol=1e-9)
     np.testing.assert_allclose(found.least, quality.angles(p).min(1), rtol=1e-9)
     np.testing.assert_allclose(found.greatest, quality.angles(p).max(1), rtol=1e-9)
+
+
+def test_one_pass_tells_what_the_figures_of_every_triangle_tell():
+    rng, plane = np.random.default_rng(3), (np.array([0.1, -0.2, 0.3]), np.array([0.6, 0.0, 0.8]))
+    for trial in range(30):
+        points = rng.normal(size=(60, 3)) * (1.0, 1.0, 0.01 * trial)
+        triangles = rng.integers(0, 60, (40 + 30 * trial, 3)).astype(np.int32)  # some have no area
+        each, found = triangle_figures(points, triangles), measure(points, triangles, SEGMENTS, plane, (45.0, 2.0))
+        flawed = np.flatnonzero(each.flawed(45.0, 2.0))
+        sound = np.setdiff1d(np.arange(len(triangles)), flawed)
+        assert found.flawed.tolist() == flawed.tolist()
+        assert_close(found.flaws, np.stack([each.skew, each.aspect], axis=1)[flawed])
+        assert found.worst_sound[0] == (sound[each.skew[sound].argmin()] if len(sound) else -1)
+        assert_close(found.area, 0.5 * (each.normals @ plane[1]).sum())
+        assert_close([found.mean_skew, found.worst_skew], [each.skew.mean(), each.skew.min()])
+        assert_close([found.least, found.greatest], [each.least.min(), each.greatest.max()])
+        assert_close(found.worst_aspect, each.aspect.max())
+        upside = np.flatnonzero(each.normals @ plane[1] <= 0.0)
+        assert found.inverted == (len(upside), upside[0])
+        height = np.abs((points - plane[0]) @ plane[1])
+        height[np.setdiff1d(np.arange(60), triangles)] = 0.0
+        assert_close(found.height[0], height.max())
+        assert found.height[1] == height.argmax()
+
+
+def test_skewness_near_the_equilateral_triangle():
+    """The series of the pass meets the arc tangent on both sides of where it ends."""
+    apex = np.array([0.0, 1e-9, 1e-3, 0.0179, 0.0180, 0.0181, 0.0182, 0.05, 0.4])
+    points = np.array([(0, 0, 0), (1, 0, 0), *((0.5, 0.75**0.5 * (1 + d), 0) for d in apex)], float)
+    for k in range(len(apex)):
+        triangles = np.array([[0, 1, 2 + k]], np.int32)
+        found = measure(points, triangles, SEGMENTS, (np.zeros(3), np.array([0, 0, 1.0])), (45.0, 2.0))
+        assert found.worst_skew == pytest.approx(float(quality.skewness(points[triangles])[0]), rel=4e-16)
 
 
 def test_good_square():
@@ -244,6 +287,74 @@ def test_closes_up():
     assert closes_up(triangles, rim, 4)
     assert not closes_up(triangles, rim[:3], 4)
     assert not closes_up(triangles, rim[:, ::-1], 4)
+
+
+def closes_up_slowly(triangles, segments) -> bool:
+    """The rule of ``closes_up``, edge by edge."""
+    times = Counter((a, b) for t in triangles.tolist() for a, b in zip(t, t[1:] + t[:1], strict=True))
+    surplus = Counter()
+    for (a, b), count in times.items():
+        surplus[min(a, b), max(a, b)] += count * (-1 if a > b else 1)
+    for a, b in segments.tolist():
+        surplus[min(a, b), max(a, b)] -= -1 if a > b else 1
+    return max(times.values()) == 1 and not any(surplus.values())
+
+
+def test_closes_up_as_found_edge_by_edge():
+    rng, verdicts = np.random.default_rng(11), Counter()
+    for _ in range(600):
+        plane, triangles = grid(int(rng.integers(1, 5)))
+        triangles = np.roll(triangles, rng.integers(3), axis=1)[rng.permutation(len(triangles))].astype(np.int32)
+        edges = {(a, b) for t in triangles.tolist() for a, b in zip(t, t[1:] + t[:1], strict=True)}
+        segments = np.array([e for e in edges if e[::-1] not in edges], np.int32)
+        row, other = rng.integers(len(triangles)), rng.integers(0, len(plane), 3)
+        match rng.integers(9):
+            case 0:
+                triangles = np.delete(triangles, row, 0)
+            case 1:
+                triangles = np.concatenate([triangles, triangles[row : row + 1]])
+            case 2:
+                triangles[row] = triangles[row, [0, 2, 1]]
+            case 3:
+                triangles[row] = other
+            case 4:
+                segments = segments[1:]
+            case 5:
+                segments = np.concatenate([segments, [other[:2]]])
+            case 6:  # there and back: it changes nothing
+                segments = np.concatenate([segments, [other[:2], other[1::-1]]])
+        if len(triangles):
+            verdict = closes_up(triangles, segments, len(plane))
+            assert verdict == closes_up_slowly(triangles, segments)
+            verdicts[verdict] += 1
+    assert min(verdicts.values()) > 100
+
+
+def test_a_hub_of_many_edges_takes_linear_time():
+    n = 200_000
+    ring = 1 + np.arange(n, dtype=np.int32)
+    fan = np.stack([np.zeros(n, np.int32), ring, np.roll(ring, -1)], 1)
+    begin = time.process_time()
+    assert closes_up(fan, fan[:, 1:], n + 1)
+    assert time.process_time() - begin < 2.0
+
+
+def test_nodes_that_do_not_exist_are_told():
+    triangles = np.array([[0, 1, 2]], np.int32)
+    for wrong in (3, -1):
+        with pytest.raises(OptionError, match="a triangle names a point"):
+            closes_up(np.array([[0, 1, wrong]], np.int32), triangles[:, :2], 3)
+        with pytest.raises(OptionError, match="a segment names a point"):
+            closes_up(triangles, np.array([[0, wrong]], np.int32), 3)
+        with pytest.raises(OptionError, match="a triangle names a point"):
+            measure(np.eye(3), np.array([[0, 1, wrong]]), SEGMENTS, (np.zeros(3), np.ones(3)), (45.0, 2.0))
+
+
+def test_scratch_space_is_left_as_it_was():
+    for points in (4, 400):
+        number = numbering(points)
+        measure(np.eye(points, 3), np.array([[0, 1, 2]]), SEGMENTS, (np.zeros(3), np.ones(3)), (45.0, 2.0), number)
+        assert (number == numbering(points)).all()
 
 
 def test_speed():

@@ -116,6 +116,20 @@ def test_sides_lie_on_their_segments():
     np.testing.assert_array_equal(np.sort(ends), np.sort(mesh.segments))
 
 
+def test_sides_at_segments_as_found_one_by_one():
+    rng = np.random.default_rng(7)
+    for _ in range(40):
+        triangles, segments = (rng.integers(0, 12, (k, d)).astype(np.int32) for k, d in ((30, 3), (20, 2)))
+        first = {}
+        for number, ends in enumerate(segments.tolist()):
+            first.setdefault(frozenset(ends), number)
+        sides = [
+            [first.get(frozenset((t[i - 3], t[i - 2]))), k, i] for k, t in enumerate(triangles.tolist()) for i in range(3)
+        ]
+        found = np.stack(segment_sides(triangles, segments), axis=1)
+        assert found.tolist() == sorted(row for row in sides if row[0] is not None)
+
+
 def test_names_do_not_depend_on_the_size():
     fine, coarse = two_holes(), fubini.mesh(two_holes().model, 0.9)
     assert list(fine.boundaries) == list(coarse.boundaries)

@@ -7,12 +7,33 @@ import pytest
 
 import fubini
 import regions
+from fubini.model import Frame
 from fubini.pipeline.faces import attempt
 from fubini.pipeline.options import MeshOptions
-from fubini.sampling.interior import lattice_with_core
+from fubini.pipeline.strip import FaceMesh, with_core
+from fubini.sampling.interior import lattice_points, lattice_with_core
 from fubini.triangulation.validate import validate
+from fubini.triangulation.value import Triangulation
+from handmade import FLAT_FRAME
 
 CASES = {"plate": (regions.plate, 0.02), "gear": (regions.gear, 0.014), "slot": (regions.slot, 0.05)}
+
+
+def written(mesh: FaceMesh, frame: Frame, first: int) -> tuple[np.ndarray, np.ndarray]:
+    """Nodes inside and triangles, the boundary nodes numbered from 0 and the others from ``first``."""
+    points, triangles = np.full((mesh.inner_nodes, 3), np.nan), np.full((mesh.triangle_count, 3), -1, np.int32)
+    mesh.write(frame, np.arange(len(mesh.boundary.points)), first, points, triangles)
+    return points, triangles
+
+
+def joined(mesh: FaceMesh) -> Triangulation:
+    """Strip and core as one triangulation, neighbours found edge by edge."""
+    points, triangles = written(mesh, FLAT_FRAME, len(mesh.boundary.points))
+    owner = {(t[i - 2], t[i - 1]): k for k, t in enumerate(triangles.tolist()) for i in range(3)}
+    owner |= {(b, a): -1 - s for s, (a, b) in enumerate(mesh.boundary.segments.tolist())}
+    neighbours = [[owner[t[i - 1], t[i - 2]] for i in range(3)] for t in triangles.tolist()]
+    points = np.concatenate([mesh.boundary.points, points[:, :2]])
+    return Triangulation(points, triangles, np.array(neighbours, np.int32), mesh.boundary)
 
 
 @pytest.mark.parametrize("name", CASES)
@@ -20,31 +41,53 @@ CASES = {"plate": (regions.plate, 0.02), "gear": (regions.gear, 0.014), "slot": 
 def test_strip_and_core_are_one_valid_triangulation(name, number):
     make, size = CASES[name]
     boundary, sizing, _ = regions.discretise(make(), size)
-    outcome = attempt(boundary, sizing.outlines[0], size, MeshOptions(), number, None)
-    mesh = outcome.triangulation
+    outcome, core = attempt(boundary, sizing.outlines[0], size, MeshOptions(), number, None)
     assert outcome.excess == 0
+    mesh = joined(with_core(outcome.triangulation, core))
     assert validate(mesh) == ()
     assert (mesh.boundary.track >= 0).all()
-    _, core = lattice_with_core(boundary, size, 0.35, (0.0, 0.0), 0)
-    assert len(core.triangles) > 0.5 * len(mesh.triangles)
+    assert core.triangles > 0.5 * len(mesh.triangles)
 
 
 def test_core_is_a_plain_lattice_with_a_closed_rim():
     size = 0.02
     boundary, _, _ = regions.discretise(regions.plate(), size)
-    points, core = lattice_with_core(boundary, size, 0.35, (0.0, 0.0), 0)
-    p = points[core.triangles]
+    outside, core = lattice_with_core(boundary, size, 0.35, (0.0, 0.0), 0)
+    points, triangles = np.empty((core.nodes, 3)), np.empty((core.triangles, 3), np.int32)
+    core.write(np.eye(3)[[2, 0, 1]] * [[0.0], [1.0], [1.0]], 0, len(core.on_rim), points, triangles)
+    points = np.concatenate([core.on_rim, points[:, :2]])
+    p = points[triangles]
     sides = np.linalg.norm(p - np.roll(p, 1, axis=1), axis=2)
     assert np.abs(sides / size - 1.0).max() < 1e-9
-    assert sorted(core.rim[:, 0].tolist()) == sorted(core.rim[:, 1].tolist())
-    assert sorted([*core.on_rim, *core.inside, *core.outside]) == list(range(len(points)))
-    distance = np.min(np.linalg.norm(points[core.on_rim][:, None] - boundary.points[None], axis=2), axis=1)
+    assert set(triangles.ravel()) == set(range(len(points)))
+    alone = {tuple(e) for t in triangles.tolist() for e in zip(t, t[1:] + t[:1], strict=True)}
+    alone = {e for e in alone if e[::-1] not in alone}
+    assert alone == set(map(tuple, core.rim.tolist()))
+    assert sorted(core.rim[:, 0]) == sorted(core.rim[:, 1])
+    every = np.concatenate([points, outside])
+    assert sorted(every.tolist()) == sorted(lattice_points(boundary, size).tolist())
+    distance = np.min(np.linalg.norm(core.on_rim[:, None] - boundary.points[None], axis=2), axis=1)
     assert distance.min() > 2.2 * size
+
+
+def test_the_core_is_written_into_space():
+    boundary, sizing, _ = regions.discretise(regions.plate(), 0.03)
+    outcome, core = attempt(boundary, sizing.outlines[0], 0.03, MeshOptions(), 0, None)
+    mesh = with_core(outcome.triangulation, core)
+    oblique = Frame(np.array([3.0, 4, 5]), np.array([0.6, 0.8, 0.0]), np.array([0.0, 0.0, 1.0]))
+    flat, triangles = written(mesh, FLAT_FRAME, 1000)
+    points, same = written(mesh, oblique, 1000)
+    assert (points == oblique.to_space(flat[:, :2])).all()
+    assert (triangles == same).all()
+    n = len(mesh.boundary.points)
+    assert set(np.unique(triangles)) == set(range(n)) | set(range(1000, 1000 + mesh.inner_nodes))
 
 
 def test_small_faces_have_no_core():
     boundary, _, _ = regions.discretise(regions.plate(), 0.2)
-    assert lattice_with_core(boundary, 0.2, 0.35, (0.0, 0.0), 4000)[1] is None
+    points, core = lattice_with_core(boundary, 0.2, 0.35, (0.0, 0.0), 4000)
+    assert core is None
+    assert (points == lattice_points(boundary, 0.2)).all()
 
 
 def test_quality_of_a_large_face():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +22,7 @@ SAME_POINT = 1e-13
 
 @dataclass(frozen=True)
 class Assembly:
-    """Arrays of the whole mesh; ``nodes_of_face[f]`` maps local node numbers to mesh nodes."""
+    """Arrays of the whole mesh; ``nodes_of_face[f]`` maps the boundary nodes of a face to mesh nodes."""
 
     points: Float
     triangles: Int
@@ -34,52 +35,62 @@ class Assembly:
 
 def assemble(model: Model, outlines: list[Outline], edge_ids: NDArray[np.int64], results: list[FaceResult]) -> Assembly:
     """Join the faces. ``edge_ids`` turns running edge numbers into CAD indices."""
-    keys, owners, lifted = _boundary_nodes(model, outlines, edge_ids, results)
-    _, first, index = np.unique(keys, axis=0, return_index=True, return_inverse=True)
-    index = index.ravel()
-    points = lifted[first].copy()
-    _reconcile(points, lifted, index, owners, [face.frame for face in model.faces], model.diagonal)
-    parts, triangles, face_of, maps = [points], [], [], []
-    total, at = len(points), 0
-    for face, result in zip(model.faces, results, strict=True):
-        mesh = result.outcome.triangulation
-        n = len(mesh.boundary.points)
-        inner = mesh.points[n:]
-        numbers = np.concatenate([index[at : at + n], np.arange(total, total + len(inner))])
-        parts.append(face.frame.to_space(inner) if len(inner) else np.empty((0, 3)))
-        triangles.append(numbers[mesh.triangles])
-        face_of.append(np.full(len(mesh.triangles), face.index, np.int32))
+    edge, t, owners, lifted = _boundary_nodes(model, outlines, edge_ids, results)
+    first, index = _distinct(edge, t)
+    total = len(first)
+    inner = np.cumsum([total, *(r.mesh.inner_nodes for r in results)]).tolist()
+    counts = np.cumsum([0, *(r.mesh.triangle_count for r in results)]).tolist()
+    points, triangles = np.empty((inner[-1], 3)), np.empty((counts[-1], 3), np.int32)
+    points[:total] = lifted[first]
+    _reconcile(points[:total], lifted, index, owners, [face.frame for face in model.faces], model.diagonal)
+    face_of, maps, at = np.empty(counts[-1], np.int32), [], 0
+    for f, (face, result) in enumerate(zip(model.faces, results, strict=True)):
+        numbers = index[at : at + len(result.mesh.boundary.points)]
+        part = slice(counts[f], counts[f + 1])
+        result.mesh.write(face.frame, numbers, inner[f], points[inner[f] : inner[f + 1]], triangles[part])
+        face_of[part] = face.index
         maps.append(numbers)
-        at, total = at + n, total + len(inner)
+        at += len(numbers)
     segments, edge_of, params = _segments(outlines, edge_ids, results, maps)
-    return Assembly(
-        np.concatenate(parts), np.concatenate(triangles).astype(np.int32), np.concatenate(face_of),
-        segments, edge_of, params, tuple(maps),
-    )  # fmt: skip
+    return Assembly(points, triangles, face_of, segments, edge_of, params, tuple(maps))
 
 
 def _boundary_nodes(
     model: Model, outlines: list[Outline], edge_ids: NDArray[np.int64], results: list[FaceResult]
-) -> tuple[Float, NDArray[np.int64], Float]:
-    """Key (edge number, t) or (-1 - vertex, 0), owning face and point in space of every boundary node."""
-    keys, owners, lifted = [], [], []
+) -> tuple[NDArray[np.int64], Float, NDArray[np.int64], Float]:
+    """Edge number and t, or -1 - vertex and 0, owning face and point in space of every boundary node."""
+    places, params, owners, lifted = [], [], [], []
     starts = np.array([model.edges[int(e)].start for e in edge_ids])
     ends = np.array([model.edges[int(e)].end for e in edge_ids])
     for f, (face, outline, result) in enumerate(zip(model.faces, outlines, results, strict=True)):
-        boundary = result.outcome.triangulation.boundary
-        key = np.empty((len(boundary.points), 2))
+        boundary = result.mesh.boundary
+        n = len(boundary.points)
+        place, param, exact = np.empty(n, np.int64), np.empty(n), np.empty((n, 2))
         node = boundary.segments[:, 0]
         edge, t = outline.edges[boundary.track], boundary.t[:, 0]
         at_end = (t == 0.0) | (t == 1.0)
         vertex = np.where(t == 0.0, starts[edge], ends[edge])
-        key[node, 0] = np.where(at_end, -1.0 - vertex, edge)
-        key[node, 1] = np.where(at_end, 0.0, t)
-        keys.append(key)
-        owners.append(np.full(len(key), f))
-        exact = np.empty((len(key), 2))
+        place[node] = np.where(at_end, -1 - vertex, edge)
+        param[node] = np.where(at_end, 0.0, t)
         exact[node] = evaluate(outline.exact, boundary.track, t)
+        places.append(place)
+        params.append(param)
+        owners.append(np.full(n, f))
         lifted.append(face.frame.to_space(exact))
-    return np.concatenate(keys), np.concatenate(owners), np.concatenate(lifted)
+    return np.concatenate(places), np.concatenate(params), np.concatenate(owners), np.concatenate(lifted)
+
+
+def _distinct(*columns: NDArray[Any]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """The first row of each kind, kinds sorted by column after column, and the kind of each row."""
+    order = np.lexsort(columns[::-1])
+    new = np.zeros(len(order), bool)
+    new[:1] = True
+    for column in columns:
+        ranked = column[order]
+        new[1:] |= ranked[1:] != ranked[:-1]
+    kind = np.empty(len(order), np.intp)
+    kind[order] = np.cumsum(new) - 1
+    return order[new], kind
 
 
 def _reconcile(
@@ -108,13 +119,14 @@ def _segments(
     outlines: list[Outline], edge_ids: NDArray[np.int64], results: list[FaceResult], maps: list[NDArray[np.int64]]
 ) -> tuple[Int, Int, Float]:
     """Mesh edges on CAD edges, each once, along its CAD edge, sorted by edge and parameter; and the parameters."""
-    rows = []
+    edges, params, pairs = [], [], []
     for outline, result, numbers in zip(outlines, results, maps, strict=True):
-        boundary = result.outcome.triangulation.boundary
-        pairs = numbers[boundary.segments]
+        boundary = result.mesh.boundary
         back = boundary.t[:, 0] > boundary.t[:, 1]
-        pairs[back] = pairs[back][:, ::-1]
-        edge = edge_ids[outline.edges[boundary.track]]
-        rows.append(np.column_stack([edge, np.sort(boundary.t, axis=1), pairs]))
-    table = np.unique(np.concatenate(rows), axis=0)
-    return table[:, 3:].astype(np.int32), table[:, 0].astype(np.int32), table[:, 1:3].copy()
+        ends = numbers[boundary.segments]
+        pairs.append(np.where(back[:, None], ends[:, ::-1], ends))
+        params.append(np.sort(boundary.t, axis=1))
+        edges.append(edge_ids[outline.edges[boundary.track]])
+    edge, t, nodes = np.concatenate(edges), np.concatenate(params), np.concatenate(pairs)
+    rows, _ = _distinct(edge, *t.T, *nodes.T)
+    return nodes[rows].astype(np.int32), edge[rows].astype(np.int32), t[rows]

@@ -12,10 +12,10 @@ from fubini.errors import OptionError
 from fubini.optimise import OptimiseOptions, OptimiseOutcome, optimise, refine, refine_and_optimise
 from fubini.pipeline.options import MeshOptions, Progress
 from fubini.pipeline.pattern import PatternPoints, pattern_nodes
-from fubini.pipeline.strip import strip_boundary, with_core
+from fubini.pipeline.strip import FaceMesh, strip_boundary, with_core
 from fubini.quality import corner_limit
 from fubini.sampling.boundary import BoundarySizing, EdgeNodes, Outline
-from fubini.sampling.interior import lattice_with_core
+from fubini.sampling.interior import Core, lattice_with_core
 from fubini.triangulation.constrained import constrained_delaunay
 from fubini.triangulation.value import CORNER, FROZEN, LOCKED, ON_CURVE, SPLIT_ONLY, Boundary, Byte, Triangulation
 
@@ -42,8 +42,9 @@ FIELD_ROUNDS = 30
 
 @dataclass(frozen=True)
 class FaceResult:
-    """Mesh of one face: the optimiser's outcome and the discretisation it was made for."""
+    """Mesh of one face, the optimiser's outcome and the discretisation that they were made for."""
 
+    mesh: FaceMesh
     outcome: OptimiseOutcome
     signature: bytes
 
@@ -56,8 +57,11 @@ def attempt(
     number: int,
     inside: Float | None,
     sizes: Callable[[Float], Float] | None = None,
-) -> OptimiseOutcome:
-    """Mesh one face with the points ``inside``, or with the lattice of this number where there are none given."""
+) -> tuple[OptimiseOutcome, Core | None]:
+    """Mesh one face with the points ``inside``, or with the lattice of this number where there are none given.
+
+    Returns the triangulation, and the core that it leaves out.
+    """
     boundary = held(boundary, options, number, number % 2 == 0 and inside is None)
     asked = OptimiseOptions(
         min_skew=options.min_skew,
@@ -69,21 +73,16 @@ def attempt(
     )
     if inside is not None:
         start = constrained_delaunay(np.concatenate([boundary.points, inside]), boundary)
-        return optimise(start, outline.tracks, asked)
+        return optimise(start, outline.tracks, asked), None
     shift = SHIFTS[number % len(SHIFTS)]
     inner, core = lattice_with_core(boundary, size, options.gradient, shift, LEAST_CORE if sizes is None else NO_CORE)
-    rest = inner
     if core is not None:
-        boundary, rest = strip_boundary(boundary, inner, core, size), inner[core.outside]
-    start = constrained_delaunay(np.concatenate([boundary.points, rest]), boundary)
+        boundary = strip_boundary(boundary, core, size)
+    start = constrained_delaunay(np.concatenate([boundary.points, inner]), boundary)
     if sizes is None:
-        outcome = refine_and_optimise(start, outline.tracks, size, options.gradient, asked)
-    else:
-        filled = follow(refine(start, outline.tracks, size, options.gradient), outline, size, options.gradient, sizes)
-        outcome = optimise(filled, outline.tracks, asked)
-    if core is None:
-        return outcome
-    return replace(outcome, triangulation=with_core(outcome.triangulation, inner, core))
+        return refine_and_optimise(start, outline.tracks, size, options.gradient, asked), core
+    filled = follow(refine(start, outline.tracks, size, options.gradient), outline, size, options.gradient, sizes)
+    return optimise(filled, outline.tracks, asked), core
 
 
 def follow(
@@ -179,7 +178,7 @@ class FaceMesher:
     def _mesh_face(self, f: int) -> None:
         """Try lattices, then finer boundaries, until no flawed triangle is left that could be avoided."""
         while True:
-            best = self._best_attempt(f)
+            best, core = self._best_attempt(f)
             done = self.finer.get(f, 0)
             if not best.excess or self.settled or self.pattern is not None or done >= self.options.rounds:
                 break
@@ -187,20 +186,20 @@ class FaceMesher:
             if not self._refine_boundary(f, best):
                 break
         self._follow_splits(f, best)
-        self.results[f] = FaceResult(best, self._signature(f))
+        self.results[f] = FaceResult(with_core(best.triangulation, core), best, self._signature(f))
 
-    def _best_attempt(self, f: int) -> OptimiseOutcome:
+    def _best_attempt(self, f: int) -> tuple[OptimiseOutcome, Core | None]:
         """The attempt that leaves fewest avoidable flaws, the first of those that leave none."""
-        best: OptimiseOutcome | None = None
+        best: tuple[OptimiseOutcome, Core | None] | None = None
         outline = self.sizing.outlines[f]
         inside = self.pattern[f].inside if self.pattern is not None else None
         field = self.sizing.options.fields[f] if self.sizing.options.fields is not None else None
         for number in self._attempts():
             boundary = self.sizing.boundary(f, self.nodes)
-            outcome = attempt(boundary, outline, self.sizes[f], self.options, number, inside, field)
-            if best is None or outcome.excess < best.excess:
-                best = outcome
-            if best.excess == 0:
+            found = attempt(boundary, outline, self.sizes[f], self.options, number, inside, field)
+            if best is None or found[0].excess < best[0].excess:
+                best = found
+            if best[0].excess == 0:
                 break
         if best is None:
             raise OptionError(f"attempts is {self.options.attempts}", fix="allow at least one")

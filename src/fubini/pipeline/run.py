@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from fubini import certificate
 from fubini.errors import FubiniError, GeometryError, OptionError
+from fubini.measure import numbering
 from fubini.model import Model, SkippedFace
 from fubini.naming import Names
 from fubini.pipeline.assemble import Assembly, assemble
@@ -251,11 +252,10 @@ def _certify(
     """Judge what is shipped: every face by the points and triangles of the whole mesh."""
     bounds = {"min_skew": options.min_skew, "max_aspect_ratio": options.max_aspect_ratio}
     faces = []
-    at = 0
+    at, number = 0, numbering(len(whole.points))
     for face, outline, result, numbers in zip(model.faces, outlines, results, whole.nodes_of_face, strict=True):
-        outcome = result.outcome
-        boundary = outcome.triangulation.boundary
-        n = len(outcome.triangulation.triangles)
+        outcome, boundary = result.outcome, result.mesh.boundary
+        n = result.mesh.triangle_count
         corners = np.flatnonzero(boundary.kind == CORNER)
         ids = edge_ids[outline.edges]
         judged = certificate.Outline(
@@ -270,7 +270,8 @@ def _certify(
         faces.append(
             certificate.certify_face(
                 face, whole.points, whole.triangles[at : at + n], judged, partial(evaluate, outline.exact),
-                diagonal=model.diagonal, moves=outcome.moves, budget_exhausted=outcome.budget_exhausted, **bounds,
+                diagonal=model.diagonal, moves=outcome.moves, budget_exhausted=outcome.budget_exhausted,
+                number=number, **bounds,
             )
         )
         at += n

@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from fubini.certificate import TriangleFigures, excuse, triangle_figures
+from fubini.certificate import excuse
 from fubini.errors import InputError, OptionError
+from fubini.measure import TriangleFigures, triangle_figures
 from fubini.quality import angles, corner_limit
 from fubini.report.figures import strict
 from fubini.tolerance import MAX_ASPECT_RATIO, MIN_SKEW

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from fubini.certificate import excuse, triangle_figures
+from fubini.certificate import excuse
+from fubini.measure import triangle_figures
 
 if TYPE_CHECKING:
     from fubini.result import Mesh

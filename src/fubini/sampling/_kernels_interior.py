@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from fubini._jit import inner, kernel
+from fubini._jit import kernel
 
 ROW = 0.8660254037844386  # sqrt(3) / 2
 
@@ -44,19 +44,16 @@ def crossings(points, segments, y0, step, rows):
 
 
 @kernel(allocates=True)
-def lattice(points, segments, size, h, x0, y0, columns, rows, clearance, g):
-    """Lattice nodes inside the boundary and clear of it, (n, 2), row by row, and where they are (rows, columns).
+def mark_inside(points, segments, size, h, x0, y0, clearance, g, inside):
+    """Mark in the table (rows, columns), all 0, which lattice nodes are inside the boundary and clear of it.
 
     Row j of the lattice lies at y0 + j h sqrt(3)/2 and starts at x0, odd rows half a step further.
     A node stays when its row's limits enclose it and it is at least ``clearance`` h from every
     segment, further where the segment is finer: there the size grows from the segment with
     gradient g until it reaches h.
     """
+    rows, columns = inside.shape
     step = h * ROW
-    inside = np.empty((rows, columns), np.uint8)
-    for j in range(rows):
-        for i in range(columns):
-            inside[j, i] = 0
     first, xs = crossings(points, segments, y0, step, rows)
     for j in range(rows):
         start = x0 + (0.5 * h if j & 1 else 0.0)
@@ -88,85 +85,43 @@ def lattice(points, segments, size, h, x0, y0, columns, rows, clearance, g):
                 q = min(1.0, max(0.0, (px * ex + py * ey) / square))
                 if (px - q * ex) ** 2 + (py - q * ey) ** 2 < reach * reach:
                     inside[j, i] = 0
-    n = 0
-    for j in range(rows):
-        for i in range(columns):
-            n += inside[j, i]
-    out = np.empty((n, 2))
-    n = 0
-    for j in range(rows):
-        start = x0 + (0.5 * h if j & 1 else 0.0)
-        for i in range(columns):
-            if inside[j, i]:
-                out[n, 0] = start + i * h
-                out[n, 1] = y0 + j * step
-                n += 1
-    return out, inside
 
 
 @kernel
-def erode(inside, out):
-    """Write into out (rows, columns) which nodes have all six neighbours, the rim of the table excepted."""
-    rows, columns = inside.shape
-    for j in range(rows):
-        odd = j & 1
-        for i in range(columns):
-            out[j, i] = 0
-            if inside[j, i] and 0 < j < rows - 1 and 0 < i < columns - 1:
-                a, b = i - 1 + odd, i + odd
-                row = inside[j, i - 1] & inside[j, i + 1]
-                out[j, i] = row & inside[j - 1, a] & inside[j - 1, b] & inside[j + 1, a] & inside[j + 1, b]
+def write_core(role, place, axes, numbers, rim, inner, points, triangles):
+    """Write the nodes inside the core (n, 3) and its triangles (m, 3), row by row.
 
-
-@inner
-def number_rim(neighbours, t, rim):
-    """Give the edges of triangle t without a neighbour the next numbers; the next one after them."""
-    for e in range(3):
-        if neighbours[t, e] < 0:
-            neighbours[t, e] = -1 - rim
-            rim += 1
-    return rim
-
-
-@kernel
-def core_triangles(deep, number, table, triangles, neighbours):
-    """Triangles between deep nodes (rows, columns), and their neighbours; the number of triangles and of rim edges.
-
-    ``number`` (rows, columns) names the nodes. ``table`` (2, rows, columns) is scratch space for the numbers of
-    the triangles that point up and down: up[j, i] stands on nodes i, i + 1 of row j, down[j, i] hangs from nodes i,
-    i + 1 of row j + 1. An edge of the rim, with no triangle across, has the neighbour -1 - k, k counting these edges.
-    ``triangles`` and ``neighbours`` have room for every triangle.
+    role (rows, columns) : 2 at nodes of the rim, 3 at nodes of the core alone, less elsewhere, 0 around the table.
+    place : x0, y0 and step of the lattice. axes (3, 3) : where the plane lies in space, its origin and its two axes.
+    numbers (2, columns) : scratch space. rim, inner : numbers of the first node of the rim and of the core alone.
     """
-    rows, columns = deep.shape
-    up, down = table[0], table[1]
-    m = 0
-    for j in range(rows):
-        odd = j & 1
+    rows, columns = role.shape
+    x0, y0, h = place[0], place[1], place[2]
+    step = h * ROW
+    written, m = 0, 0
+    for i in range(columns):
+        numbers[0, i] = -1
+    for j in range(1, rows):
+        start, y = x0 + (0.5 * h if j & 1 else 0.0), y0 + j * step
+        above, below = j & 1, 1 - (j & 1)
         for i in range(columns):
-            up[j, i], down[j, i] = -1, -1
-            if j == rows - 1 or i >= columns - 2:
-                continue
-            if deep[j, i] & deep[j, i + 1] & deep[j + 1, i + odd]:
-                up[j, i] = m
-                triangles[m, 0], triangles[m, 1] = number[j, i], number[j, i + 1]
-                triangles[m, 2] = number[j + 1, i + odd]
+            numbers[above, i] = -1
+            if role[j, i] == 2:
+                numbers[above, i] = rim
+                rim += 1
+            elif role[j, i] == 3:
+                x = start + i * h
+                for k in range(3):
+                    points[written, k] = axes[0, k] + x * axes[1, k] + y * axes[2, k]
+                numbers[above, i] = inner + written
+                written += 1
+        # row j - 1 is odd where ``below`` is 1
+        for i in range(columns - 2):
+            a, b, c = numbers[below, i], numbers[below, i + 1], numbers[above, i + below]
+            if min(a, b, c) >= 0:
+                triangles[m, 0], triangles[m, 1], triangles[m, 2] = a, b, c
                 m += 1
-            if deep[j, i + 1 - odd] & deep[j + 1, i + 1] & deep[j + 1, i]:
-                down[j, i] = m
-                triangles[m, 0], triangles[m, 1] = number[j, i + 1 - odd], number[j + 1, i + 1]
-                triangles[m, 2] = number[j + 1, i]
+            a, b, c = numbers[below, i + above], numbers[above, i + 1], numbers[above, i]
+            if min(a, b, c) >= 0:
+                triangles[m, 0], triangles[m, 1], triangles[m, 2] = a, b, c
                 m += 1
-    rim = 0
-    for j in range(1, rows - 1):
-        odd = j & 1
-        for i in range(1, columns - 1):
-            t, u = up[j, i], down[j, i]
-            if t >= 0:
-                neighbours[t, 0], neighbours[t, 1] = down[j, i + odd], down[j, i - 1 + odd]
-                neighbours[t, 2] = down[j - 1, i]
-                rim = number_rim(neighbours, t, rim)
-            if u >= 0:
-                neighbours[u, 0], neighbours[u, 1] = up[j + 1, i], up[j, i - odd]
-                neighbours[u, 2] = up[j, i + 1 - odd]
-                rim = number_rim(neighbours, u, rim)
-    return m, rim

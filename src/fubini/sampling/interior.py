@@ -16,8 +16,15 @@ from numpy.typing import NDArray
 from fubini.sampling import _kernels_interior as kernels
 from fubini.triangulation.value import Boundary
 
+Float = NDArray[np.float64]
+Table = NDArray[np.uint8]
+
 #: Lattice nodes keep this distance (times the size) from boundary segments of full size.
 CLEARANCE = 0.62
+
+
+#: What a lattice node is (``Core.role``): outside the core, on its rim, of it alone.
+OUTSIDE, RIM, INNER = 1, 2, 3
 
 
 @dataclass(frozen=True)
@@ -26,70 +33,136 @@ class Core:
 
     Attributes
     ----------
-    triangles : (m, 3) int32, lattice nodes.
-    neighbours : (m, 3) int32 as in ``Triangulation``; -1 - k where edge k of the rim has no triangle across.
-    rim : (k, 2) edges of the rim, the core on the left of each.
-    on_rim, inside, outside : lattice nodes on the rim, of the core alone, and of no core triangle.
+    role : (rows, columns) uint8, 0 where the lattice has no node, else OUTSIDE, RIM or INNER.
+    place : (3,), x0, y0 and step of the lattice.
+    on_rim : (r, 2) nodes of the rim, row by row.
+    rim : (k, 2) int32, edges of the rim by numbers of its nodes, the core on the left of each.
+    nodes, triangles : how many nodes it has beside the rim, and how many triangles.
     """
 
-    triangles: NDArray[np.int32]
-    neighbours: NDArray[np.int32]
+    role: NDArray[np.uint8]
+    place: Float
+    on_rim: Float
     rim: NDArray[np.int32]
-    on_rim: NDArray[np.intp]
-    inside: NDArray[np.intp]
-    outside: NDArray[np.intp]
+    nodes: int
+    triangles: int
+
+    def write(self, axes: Float, rim: int, inner: int, points: Float, triangles: NDArray[np.int32]) -> None:
+        """Write nodes (nodes, 3) and triangles (triangles, 3) into parts of larger arrays.
+
+        axes : (3, 3), origin and axes of the plane in space. rim, inner : numbers of the first node of the rim and of
+        the first of the core alone; each kind goes row by row.
+        """
+        scratch = np.empty((2, self.role.shape[1]), np.int32)
+        kernels.write_core(self.role, self.place, axes, scratch, rim, inner, points, triangles)
 
 
 def lattice_points(
     boundary: Boundary, size: float, gradient: float = 0.35, shift: tuple[float, float] = (0.0, 0.0)
-) -> NDArray[np.float64]:
-    """Lattice nodes (n, 2) of edge length ``size`` inside the boundary and clear of it.
+) -> Float:
+    """Lattice nodes (n, 2) of edge length ``size`` inside the boundary and clear of it, row by row.
 
     ``shift`` moves the origin of the lattice by fractions of ``size``. Where boundary segments are
     finer than the size, the zone in which the size grows (by ``gradient``) is left empty for the
     refinement to fill.
     """
-    return _lattice(boundary, size, gradient, shift)[0]
+    inside, place = _lattice(boundary, size, gradient, shift)
+    return _positions(np.flatnonzero(inside), inside.shape[1], place)
 
 
 def lattice_with_core(
     boundary: Boundary, size: float, gradient: float, shift: tuple[float, float], least: int
-) -> tuple[NDArray[np.float64], Core | None]:
-    """Lattice nodes as ``lattice_points`` gives them, and the core, None where it has fewer than ``least`` triangles.
+) -> tuple[Float, Core | None]:
+    """Lattice nodes outside the core, and the core; all nodes and None where it has fewer than ``least`` triangles.
 
     Two rings of lattice nodes or more lie between the core and the boundary. Every triangle of a lattice without
     gaps is Delaunay: its circle reaches 0.58 sizes, less than the nodes keep from the boundary.
     """
-    points, inside = _lattice(boundary, size, gradient, shift)
-    if 2 * len(points) < least:
-        return points, None
-    deep = np.empty_like(inside)
-    kernels.erode(inside, deep)
-    twice = np.empty_like(inside)
-    kernels.erode(deep, twice)
-    number = np.cumsum(inside.ravel(), dtype=np.int32).reshape(inside.shape) - np.int32(1)
-    triangles, neighbours = (np.empty((2 * int(twice.sum()) + 8, 3), np.int32) for _ in range(2))
-    m, edges = kernels.core_triangles(twice, number, np.empty((2, *inside.shape), np.int32), triangles, neighbours)
-    if m < least:
-        return points, None
-    triangles, neighbours = triangles[:m], neighbours[:m]
-    t, side = np.nonzero(neighbours < 0)
-    rim = np.empty((edges, 2), np.int32)
-    rim[-1 - neighbours[t, side]] = np.column_stack([triangles[t, (side + 1) % 3], triangles[t, (side + 2) % 3]])
-    role = np.zeros(len(points), np.uint8)
-    role[triangles] = 2
-    role[rim] = 1
-    return points, Core(triangles, neighbours, rim, *(np.flatnonzero(role == k) for k in (1, 2, 0)))
+    inside, place = _lattice(boundary, size, gradient, shift)
+    columns = inside.shape[1]
+    core = _core(inside, place, least) if 2 * np.count_nonzero(inside) >= least else None
+    outside = inside if core is None else core.role == OUTSIDE
+    return _positions(np.flatnonzero(outside), columns, place), core
+
+
+def _core(inside: Table, place: Float, least: int) -> Core | None:
+    """The core of a lattice; None where it has fewer than ``least`` triangles."""
+    deep = _eroded(_eroded(inside))
+    inner = _eroded(deep)
+    near = _around(deep)
+    in_triangle = np.zeros_like(deep)
+    for rows, (middle, *ring) in near:
+        some = ring[5] & ring[0]
+        for k in range(5):
+            some |= ring[k] & ring[k + 1]
+        in_triangle[rows, 1:-1] = middle & some
+    on_rim = np.flatnonzero(in_triangle > inner)
+    columns = deep.shape[1]
+    rim, count = _rim(deep.ravel(), on_rim, columns)
+    nodes = int(np.count_nonzero(inner))
+    triangles = 2 * nodes + count // 3  # each has three corners, and a node of the core alone has six triangles
+    if triangles < least:
+        return None
+    return Core(inside + in_triangle + inner, place, _positions(on_rim, columns, place), rim, nodes, triangles)
+
+
+def _rim(deep: Table, nodes: NDArray[np.intp], columns: int) -> tuple[NDArray[np.int32], int]:
+    """Edges (k, 2) of the rim by numbers of its nodes, and how many corners of triangles lie there.
+
+    ``deep`` is the table as one row, ``nodes`` (r,) the places in it of the nodes on the rim.
+    """
+    odd = (nodes // columns & 1)[:, None]
+    right, left = columns + odd, columns - 1 + odd
+    one = np.ones_like(odd)
+    # counter-clockwise: right, up right, up left, left, down left, down right
+    ring = nodes[:, None] + np.hstack([one, right, left, -one, odd - columns - 1, odd - columns])
+    there = deep[ring] == 1
+    triangle = there & np.roll(there, -1, axis=1)
+    row, way = np.nonzero(triangle & ~np.roll(triangle, 1, axis=1))
+    ends = np.searchsorted(nodes, ring[row, way])
+    return np.column_stack([row, ends]).astype(np.int32), int(np.count_nonzero(triangle))
+
+
+def _around(table: Table) -> list[tuple[slice, list[Table]]]:
+    """Even rows, then odd rows, of a table without its rim: the rows, the nodes and their six neighbours in turn."""
+    found = []
+    for odd in (0, 1):
+        first = 2 - odd
+        rows = slice(first, -1, 2)
+        row, up, down = table[rows], table[first + 1 :: 2], table[first - 1 : -2 : 2]
+        a, b = slice(odd, odd - 2), slice(1 + odd, odd - 1 or None)
+        found.append((rows, [row[:, 1:-1], row[:, 2:], up[:, b], up[:, a], row[:, :-2], down[:, a], down[:, b]]))
+    return found
+
+
+def _eroded(table: Table) -> Table:
+    """Which nodes (rows, columns) have all six neighbours; none on the rim of the table."""
+    out = np.zeros_like(table)
+    for rows, (middle, *ring) in _around(table):
+        part = out[rows, 1:-1]
+        np.bitwise_and(middle, ring[0], out=part)
+        for other in ring[1:]:
+            part &= other
+    return out
+
+
+def _positions(nodes: NDArray[np.intp], columns: int, place: Float) -> Float:
+    """Lattice nodes (n, 2) at these places of the table, row after row."""
+    j, i = np.divmod(nodes, columns)
+    x0, y0, h = place
+    return np.column_stack([np.where(j & 1, x0 + 0.5 * h, x0) + i * h, y0 + j * (h * kernels.ROW)])
 
 
 def _lattice(
     boundary: Boundary, size: float, gradient: float, shift: tuple[float, float]
-) -> tuple[NDArray[np.float64], NDArray[np.uint8]]:
-    """Lattice nodes (n, 2), row by row, and the table (rows, columns) of where they are."""
+) -> tuple[Table, Float]:
+    """The table (rows, columns) of where lattice nodes are, 1 or 0, and x0, y0 and step of the lattice."""
     low, high = boundary.points.min(axis=0), boundary.points.max(axis=0)
     x0, y0 = low[0] - size * (1.0 + shift[0]), low[1] - size * (1.0 + shift[1])
     columns = math.ceil((high[0] - x0) / size) + 2
     rows = math.ceil((high[1] - y0) / (size * kernels.ROW)) + 2
-    return kernels.lattice(
-        boundary.points, boundary.segments, boundary.size, size, x0, y0, columns, rows, CLEARANCE, gradient
+    inside = np.zeros((rows, columns), np.uint8)
+    kernels.mark_inside(
+        boundary.points, boundary.segments, boundary.size, size, x0, y0, CLEARANCE, gradient, inside
     )
+    return inside, np.array([x0, y0, size])
