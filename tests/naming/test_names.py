@@ -124,7 +124,9 @@ def test_sides_at_segments_as_found_one_by_one():
         for number, ends in enumerate(segments.tolist()):
             first.setdefault(frozenset(ends), number)
         sides = [
-            [first.get(frozenset((t[i - 3], t[i - 2]))), k, i] for k, t in enumerate(triangles.tolist()) for i in range(3)
+            [first.get(frozenset((t[i - 3], t[i - 2]))), k, i]
+            for k, t in enumerate(triangles.tolist())
+            for i in range(3)
         ]
         found = np.stack(segment_sides(triangles, segments), axis=1)
         assert found.tolist() == sorted(row for row in sides if row[0] is not None)
