@@ -37,7 +37,7 @@ MESHING = "boundary", "faces", "assemble"
 #: Triangles of the two runs that warm a process up: the second reaches code that only large meshes need.
 WARM = (200, 20_000)
 #: Seconds after which a run is ended.
-PATIENCE = 300
+PATIENCE = 600
 #: Generators with threads, which do not live through a fork: they are warmed up behind it.
 THREADED = ("netgen",)
 
