@@ -7,7 +7,6 @@ tool, a body its features), that are shown, and that have faces, each placed by 
 from __future__ import annotations
 
 import io
-import struct
 import zipfile
 from collections import Counter
 from collections.abc import Iterator, Mapping
@@ -16,6 +15,7 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
+from fubini.cad.binary import is_binary, read_binary
 from fubini.cad.source import ReadOptions, Source
 from fubini.errors import InputError
 
@@ -219,7 +219,7 @@ def _read_shape(archive: zipfile.ZipFile, item: Item, path: Path) -> Any:
         raise InputError(f"the shape of {item.label!r} ({item.file}) is missing", file=str(path)) from error
     try:
         # the suffix may be .bin, .brp or either with a number behind it: the head tells
-        shape = _binary_brep(data) if b"Open CASCADE Topology" in data[:64] else _text_brep(data)
+        shape = read_binary(data) if is_binary(data) else _text_brep(data)
     except Exception as error:  # the kernel's own exception classes differ between its generations
         raise InputError(f"the shape of {item.label!r} ({item.file}) is damaged: {error}", file=str(path)) from error
     if shape.IsNull():
@@ -235,21 +235,6 @@ def _text_brep(data: bytes) -> Any:
 
     shape = TopoDS_Shape()
     BRepTools.Read_s(shape, io.BytesIO(data), BRep_Builder())
-    return shape
-
-
-def _binary_brep(data: bytes) -> Any:
-    """FreeCAD's binary shape: a shape set, then shape number, location number and orientation."""
-    from OCP.BinTools import BinTools_ShapeSet
-    from OCP.TopAbs import TopAbs_Orientation
-
-    shapes = BinTools_ShapeSet()
-    shapes.Read(io.BytesIO(data))
-    number, location, orientation = struct.unpack("<3i", data[-12:])
-    shape = shapes.Shape(number)
-    shape.Location(shapes.Locations().Location(location), False)
-    sides = ("TopAbs_FORWARD", "TopAbs_REVERSED", "TopAbs_INTERNAL", "TopAbs_EXTERNAL")
-    shape.Orientation(getattr(TopAbs_Orientation, sides[orientation]))
     return shape
 
 

@@ -13,6 +13,7 @@ from OCP.STEPControl import STEPControl_Reader
 from OCP.TopoDS import TopoDS_Shape
 
 from fubini.cad import occ
+from fubini.cad.binary import is_binary, read_binary
 from fubini.cad.integrity import check_brep, check_step, names_kind
 from fubini.cad.source import ReadOptions, Source
 from fubini.errors import InputError
@@ -46,7 +47,10 @@ def read_iges(path: Path, options: ReadOptions) -> Source:
 
 
 def read_brep(path: Path, options: ReadOptions) -> Source:
-    """A file in the kernel's own text format."""
+    """A file in one of the kernel's own formats, text or binary."""
+    data = path.read_bytes()
+    if is_binary(data):
+        return Source(_binary(data, path), str(path))
     check_brep(path)
     shape = TopoDS_Shape()
     try:
@@ -57,6 +61,19 @@ def read_brep(path: Path, options: ReadOptions) -> Source:
     if not done or shape.IsNull():
         raise InputError("not readable as BREP", file=str(path))
     return Source(shape, str(path))
+
+
+def _binary(data: bytes, path: Path) -> Any:
+    try:
+        with occ.quiet():
+            shape = read_binary(data)
+    except Exception as error:  # the kernel raises its own classes, which share no other base
+        raise InputError(
+            f"the BREP file is cut short or damaged: {error}", file=str(path), fix="export or download it again"
+        ) from error
+    if shape.IsNull():
+        raise InputError("no shape in this BREP file", file=str(path))
+    return shape
 
 
 def _transfer(reader: Any, path: Path, kind: str) -> Any:
