@@ -5,6 +5,7 @@ Triangles are given as corner coordinates ``p`` of shape (m, 3, d), d = 2 or 3.
 
 from __future__ import annotations
 
+import functools
 import math
 
 import numpy as np
@@ -83,6 +84,7 @@ def flawed(
     return (skewness(p) <= min_skew) | (aspect_ratios(p) >= max_aspect_ratio)
 
 
+@functools.lru_cache(maxsize=64)
 def corner_limit(min_skew: float = MIN_SKEW, max_aspect_ratio: float = MAX_ASPECT_RATIO) -> float:
     """Smallest corner angle in degrees that one triangle within both bounds can fill.
 

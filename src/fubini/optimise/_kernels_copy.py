@@ -32,10 +32,11 @@ def prepare(S, size, angle, acute, unavoidable):
         S.kind[v] = 0
     for t in range(S.counts[TRIANGLES]):
         for i in range(3):
-            a, b = S.tri[t, i], S.tri[t, (i + 1) % 3]
+            a, b = S.tri[t, i], S.tri[t, i + 1 if i < 2 else 0]
             S.tri_of[a] = t
             if a >= fixed:
-                S.size[a] += math.hypot(S.points[a, 0] - S.points[b, 0], S.points[a, 1] - S.points[b, 1])
+                x, y = S.points[a, 0] - S.points[b, 0], S.points[a, 1] - S.points[b, 1]
+                S.size[a] += math.sqrt(x * x + y * y)
                 S.stack[a] += 1
     for v in range(fixed, n):
         if S.stack[v] > 0:

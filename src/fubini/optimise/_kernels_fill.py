@@ -85,12 +85,14 @@ def lowest(rx, ry, k, closed, x, y, rule, floor):
 
 
 @inner
-def star_cost(rx, ry, k, x, y, rule):
-    """Cost of the closed star from (x, y)."""
+def star_cost(rx, ry, k, x, y, rule, bound):
+    """Cost of the closed star from (x, y); stops early at or above ``bound``."""
     total = 0.0
     for i in range(k):
         j = i + 1 if i + 1 < k else 0
         total += cost_of(quality(rx[i], ry[i], rx[j], ry[j], x, y, rule), rule)
+        if total >= bound:
+            break
     return total
 
 
@@ -170,7 +172,7 @@ def choose_fill(S, W, k, mode, bound):
                 n, cost = 0, 1e300
     if mode & POINT:
         u, v, low = best_point(W.px, W.py, k, 0.6, S.rule)
-        c = star_cost(W.px, W.py, k, u, v, S.rule)
+        c = star_cost(W.px, W.py, k, u, v, S.rule, min(bound, cost))
         for z in range(k):
             c += 2.0 if W.ear[z] == 1 else 0.0
         if c < bound and c < cost:

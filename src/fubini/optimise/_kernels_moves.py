@@ -9,6 +9,7 @@ from __future__ import annotations
 from fubini._jit import inner
 from fubini.optimise._kernels_cavity import local, replace, star
 from fubini.optimise._kernels_fill import EITHER, PROGRAMME
+from fubini.optimise._kernels_quality import cost_of, quality
 from fubini.optimise._kernels_relocate import look_again, relocate, slide
 from fubini.optimise._kernels_state import (
     ATTEMPTS,
@@ -176,6 +177,28 @@ def propose(S, W, t, c):
 
 
 @inner
+def cost_at(S, a, b, c):
+    """Cost of the triangle of nodes a, b, c that fills no sharp corner."""
+    p = S.points
+    return cost_of(quality(p[a, 0], p[a, 1], p[b, 0], p[b, 1], p[c, 0], p[c, 1], S.rule), S.rule)
+
+
+@inner
+def may_flip(S, t, i, fall):
+    """Whether the cost may fall by more than ``fall`` when edge i of t is flipped: a look before ``replace``.
+
+    Says yes beside sharp corners, whose triangles have costs of their own.
+    """
+    u = S.nbr[t, i]
+    j = 0 if S.nbr[u, 0] == t else (1 if S.nbr[u, 1] == t else 2)
+    p, a, b, d = S.tri[t, i], S.tri[t, (i + 1) % 3], S.tri[t, (i + 2) % 3], S.tri[u, j]
+    if S.sharp[p] + S.sharp[a] + S.sharp[b] + S.sharp[d] > 0:
+        return True
+    old = cost_at(S, p, a, b) + cost_at(S, d, b, a)
+    return cost_at(S, p, a, d) + cost_at(S, p, d, b) < old - fall + 1e-9
+
+
+@inner
 def mend(S, W, t, first, last, fall, every):
     """Do the first of the moves ``first <= c < last`` on triangle t that lowers the cost by more than ``fall``.
 
@@ -189,6 +212,8 @@ def mend(S, W, t, first, last, fall, every):
         if W.job[WHAT] == NOTHING:
             continue
         S.counts[ATTEMPTS] += 1
+        if c < CLASSES[1] and not may_flip(S, t, c, fall):
+            continue
         if W.job[WHAT] == SHIFT:
             v = W.job[NODE]
             if S.kind[v] == 0:

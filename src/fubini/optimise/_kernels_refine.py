@@ -194,13 +194,15 @@ def grade(S, h, gradient):
         changed = False
         for t in range(S.counts[TRIANGLES]):
             for i in range(3):
-                a, b = S.tri[t, i], S.tri[t, (i + 1) % 3]
-                d = gradient * math.hypot(S.points[a, 0] - S.points[b, 0], S.points[a, 1] - S.points[b, 1])
-                if S.kind[b] == 0 and S.size[b] > S.size[a] + d:
-                    S.size[b] = S.size[a] + d
-                    changed = True
-                if S.kind[a] == 0 and S.size[a] > S.size[b] + d:
-                    S.size[a] = S.size[b] + d
+                a, b = S.tri[t, i], S.tri[t, i + 1 if i < 2 else 0]
+                if S.size[a] > S.size[b]:
+                    a, b = b, a
+                if S.kind[b] != 0 or S.size[b] == S.size[a]:
+                    continue
+                x, y = S.points[a, 0] - S.points[b, 0], S.points[a, 1] - S.points[b, 1]
+                most = S.size[a] + gradient * math.sqrt(x * x + y * y)
+                if S.size[b] > most:
+                    S.size[b] = most
                     changed = True
         if not changed:
             break
@@ -216,7 +218,7 @@ def advance(S, W, h, gradient, limit):
     grade(S, h, gradient)
     for turn in range(2):
         S.counts[QUEUED] = 0
-        head = 0
+        head = failed = 0
         loose = limit if turn == 0 else 1.25 * limit
         for t in range(S.counts[TRIANGLES]):
             push(S, t, loose)
@@ -233,4 +235,8 @@ def advance(S, W, h, gradient, limit):
             if v >= 0:
                 S.counts[INSERTED] += 1
                 push_star(S, v, loose)
+            else:
+                failed += 1
+        if failed == 0:
+            break
     return DONE

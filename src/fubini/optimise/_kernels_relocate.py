@@ -28,14 +28,14 @@ def load_ring(S, W, v, k, closed):
 @inner
 def cheapest(W, k, x, y, step, rule):
     """Lower the cost of the closed star from (x, y) by compass search; (x, y, cost)."""
-    cost = star_cost(W.rx, W.ry, k, x, y, rule)
+    cost = star_cost(W.rx, W.ry, k, x, y, rule, math.inf)
     least = step * 0.01
     dx, dy = step * math.cos(0.2), step * math.sin(0.2)
     while step > least:
         moved = False
         for _ in range(8):
             u, v = x + dx, y + dy
-            c = star_cost(W.rx, W.ry, k, u, v, rule)
+            c = star_cost(W.rx, W.ry, k, u, v, rule, cost)
             if c < cost - 1e-6:
                 x, y, cost = u, v, c
                 moved = True
@@ -54,9 +54,10 @@ def valid_place(W, k, mean, rule):
     Uphill from where it is, then from the ring's middle, then from a point of the valid region in closed
     form (method.md, section 5), whose emptiness settles the matter; not where valid triangles are improved.
     """
-    x, y, low = climb(W.rx, W.ry, k, 0.0, 0.0, 0.3 * mean, 0.3, rule)
+    goal = 0.3 if rule[FLOOR] < -1.0 else 0.45
+    x, y, low = climb(W.rx, W.ry, k, 0.0, 0.0, 0.3 * mean, goal, rule)
     if low < rule[SOFT]:
-        u, w, f = best_point(W.rx, W.ry, k, 0.3, rule)
+        u, w, f = best_point(W.rx, W.ry, k, goal, rule)
         if f > low:
             x, y, low = u, w, f
     if low < rule[SOFT] and k <= 9 and rule[FLOOR] < -1.0:
@@ -79,17 +80,17 @@ def relocate(S, W, v, fall, soft):
         return False
     mean = load_ring(S, W, v, k, closed)
     rule = S.rule
-    old = star_cost(W.rx, W.ry, k, 0.0, 0.0, rule)
+    old = star_cost(W.rx, W.ry, k, 0.0, 0.0, rule, math.inf)
     if soft:
         low = lowest(W.rx, W.ry, k, True, 0.0, 0.0, rule, -9.0)
         x, y, f = climb(W.rx, W.ry, k, 0.0, 0.0, 0.25 * mean, 0.97, rule)
         if f <= low + 1e-4:
             return False
-        cost, fall = star_cost(W.rx, W.ry, k, x, y, rule), -1e-9
+        cost, fall = star_cost(W.rx, W.ry, k, x, y, rule, old), -1e-9
     else:
         x, y, low = valid_place(W, k, mean, rule)
-        if low >= rule[SOFT]:
-            cost = star_cost(W.rx, W.ry, k, x, y, rule)
+        if low >= rule[SOFT] or rule[FLOOR] > -1.0:
+            cost = star_cost(W.rx, W.ry, k, x, y, rule, old - fall)
         else:
             x, y, cost = cheapest(W, k, x, y, 0.2 * mean, rule)
     if cost >= old - fall:

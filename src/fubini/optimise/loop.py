@@ -43,29 +43,31 @@ def optimise(triangulation: Triangulation, tracks: Tracks, options: OptimiseOpti
     """
     options = options or OptimiseOptions()
     spare = 200 + len(triangulation.points) // 8
-    return _finish(build_state(triangulation, tracks, options, spare), triangulation, options)
+    return _finish(build_state(triangulation, tracks, options, spare), work(), triangulation, options)
 
 
 def refine_and_optimise(
     triangulation: Triangulation, tracks: Tracks, h: float, gradient: float, options: OptimiseOptions
 ) -> OptimiseOutcome:
     """What ``optimise`` makes of what ``refine`` makes of the triangulation, with no copy in between."""
-    state = advanced(triangulation, tracks, h, gradient, None, options)
-    state.counts[QUEUED] = 0
-    return _finish(state, triangulation, options)
+    scratch = work()
+    state = advanced(triangulation, tracks, h, gradient, None, options, scratch)
+    return _finish(state, scratch, triangulation, options)
 
 
-def _finish(state: State, start: Triangulation, options: OptimiseOptions) -> OptimiseOutcome:
+def _finish(state: State, scratch: Work, start: Triangulation, options: OptimiseOptions) -> OptimiseOutcome:
     """Optimise a state that came from ``start`` and has its effort still before it, and read it out."""
     prepare_state(state, start.boundary.size, start.boundary, options.min_skew)
     state.counts[BUDGET] = options.budget_of(int(state.counts[TRIANGLES]))
-    state = run(state, work(), options)
+    state = run(state, scratch, options)
     counts = state.counts
     result: Triangulation = start
     splits: tuple[tuple[int, float], ...] = ()
     if counts[INSERTED] > 0 or counts[FIRST_MOVE:].any():
         result, splits = read_state(state, start)
-    worst = state.points[state.tri[state.low[: counts[EXCESS]]]].mean(1)
+    worst: list[list[float]] = []
+    if counts[EXCESS]:
+        worst = state.points[state.tri[state.low[: counts[EXCESS]]]].mean(1).tolist()
     return OptimiseOutcome(
         result,
         dict(zip(MOVES, counts[FIRST_MOVE:].tolist(), strict=False)),
@@ -74,15 +76,14 @@ def _finish(state: State, start: Triangulation, options: OptimiseOptions) -> Opt
         int(counts[EXCESS]),
         splits,
         bool(counts[EXCESS] and counts[ATTEMPTS] > counts[BUDGET]),
-        tuple((float(x), float(y)) for x, y in worst),
+        tuple((x, y) for x, y in worst),
     )
 
 
 def improvement_goals(options: OptimiseOptions) -> NDArray[np.float64]:
     """Values of f to reach in turn once the bound is met: skewness 49 to 58 degrees, as far as above the bound."""
-    if options.improve <= 0.0:
-        return np.empty(0)
-    return np.array([math.tan(math.radians(s - 45.0)) for s in IMPROVED_SKEW if s > options.min_skew + 1.0])
+    above = options.min_skew + 1.0 if options.improve > 0.0 else 90.0
+    return np.array([math.tan(math.radians(s - 45.0)) for s in IMPROVED_SKEW if s > above])
 
 
 def run(state: State, scratch: Work, options: OptimiseOptions) -> State:

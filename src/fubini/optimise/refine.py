@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from fubini.errors import OptionError
-from fubini.optimise._kernels_state import INSERTED, NODES, TRIANGLES, State, work
+from fubini.optimise._kernels_state import INSERTED, NODES, TRIANGLES, State, Work, work
 from fubini.optimise.options import OptimiseOptions
 from fubini.optimise.state import build_state, extend_state, prepare_state
 from fubini.tracks import Tracks
@@ -42,7 +42,7 @@ def refine(
     The triangulation, the new points behind the old ones.
     """
     options = OptimiseOptions()
-    state = advanced(triangulation, tracks, h, gradient, size, options)
+    state = advanced(triangulation, tracks, h, gradient, size, options, work())
     n, m = int(state.counts[NODES]), int(state.counts[TRIANGLES])
     if state.counts[INSERTED] == 0:
         return triangulation
@@ -62,6 +62,7 @@ def advanced(
     gradient: float,
     size: ArrayLike | None,
     options: OptimiseOptions,
+    scratch: Work,
 ) -> State:
     """The state that holds the refined triangulation; nothing of it is removed or renumbered."""
     from fubini.optimise._kernels_loop import FULL
@@ -77,7 +78,6 @@ def advanced(
     np.minimum(sizes, h, out=sizes)
     state = build_state(triangulation, tracks, options, n + 500)
     prepare_state(state, sizes, triangulation.boundary, options.min_skew)
-    scratch = work()
     while advance(state, scratch, float(h), float(gradient), LIMIT) == FULL:
         state = extend_state(state, 2 * len(state.points))
     return state

@@ -42,11 +42,11 @@ FIELD_ROUNDS = 30
 
 @dataclass(frozen=True)
 class FaceResult:
-    """Mesh of one face, the optimiser's outcome and the discretisation that they were made for."""
+    """Mesh of one face, the optimiser's outcome, and the version of the nodes on each of its edges."""
 
     mesh: FaceMesh
     outcome: OptimiseOutcome
-    signature: bytes
+    versions: bytes
 
 
 def attempt(
@@ -147,6 +147,7 @@ class FaceMesher:
         self.base = sizing.resolve() if pattern is None else pattern_nodes(len(sizing.ends), sizing.outlines, pattern)
         self.extra: dict[int, list[float]] = {}
         self.nodes = self.base
+        self.version = np.zeros(len(sizing.ends), np.int32)
         self.results: dict[int, FaceResult] = {}
         self.finer: dict[int, int] = {}
         self.settled = False
@@ -168,12 +169,17 @@ class FaceMesher:
                 self._mesh_face(f)
                 if progress:
                     progress("faces", min(len(self.results), count), count)
-            pending = [f for f in range(count) if self.results[f].signature != self._signature(f)]
+            pending = [f for f in range(count) if self.results[f].versions != self._versions(f)]
         return [self.results[f] for f in range(count)]
 
-    def _signature(self, f: int) -> bytes:
-        """The nodes on the edges of a face, as bytes."""
-        return b"".join(self.nodes.of(e).tobytes() for e in self.sizing.outlines[f].edges)
+    def _versions(self, f: int) -> bytes:
+        """Versions of the nodes on the edges of a face."""
+        return self.version[self.sizing.outlines[f].edges].tobytes()
+
+    def _renew(self, nodes: EdgeNodes) -> None:
+        """Take other nodes, new versions where they are new."""
+        self.version[nodes.differs(self.nodes)] += 1
+        self.nodes = nodes
 
     def _mesh_face(self, f: int) -> None:
         """Try lattices, then finer boundaries, until no flawed triangle is left that could be avoided."""
@@ -186,7 +192,7 @@ class FaceMesher:
             if not self._refine_boundary(f, best):
                 break
         self._follow_splits(f, best)
-        self.results[f] = FaceResult(with_core(best.triangulation, core), best, self._signature(f))
+        self.results[f] = FaceResult(with_core(best.triangulation, core), best, self._versions(f))
 
     def _best_attempt(self, f: int) -> tuple[OptimiseOutcome, Core | None]:
         """The attempt that leaves fewest avoidable flaws, the first of those that leave none."""
@@ -220,7 +226,7 @@ class FaceMesher:
             if not np.array_equal(base.of(e), self.base.of(e)):
                 del self.extra[e]
         self.base = base
-        self.nodes = base.with_nodes(self.extra) if self.extra else base
+        self._renew(base.with_nodes(self.extra) if self.extra else base)
         return True
 
     def _follow_splits(self, f: int, outcome: OptimiseOutcome) -> None:
@@ -230,7 +236,7 @@ class FaceMesher:
         edges = self.sizing.outlines[f].edges
         for j, t in outcome.splits:
             self.extra.setdefault(int(edges[j]), []).append(float(t))
-        self.nodes = self.base.with_nodes(self.extra)
+        self._renew(self.base.with_nodes(self.extra))
 
 
 __all__ = ["EdgeNodes", "FaceMesher", "FaceResult"]

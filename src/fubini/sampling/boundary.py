@@ -576,6 +576,14 @@ class EdgeNodes:
         """Parameters on one edge, ascending from 0 to 1."""
         return self.t[self.first[edge] : self.first[edge + 1]]
 
+    def differs(self, other: EdgeNodes) -> NDArray[np.bool_]:
+        """Edges (e,) whose nodes are not those of ``other``."""
+        lengths, others = np.diff(self.first), np.diff(other.first)
+        out = lengths != others
+        edge = np.repeat(np.arange(len(out)), lengths)
+        out[edge[~out[edge]][self.t[~out[edge]] != other.t[np.repeat(~out, others)]]] = True
+        return out
+
     def with_nodes(self, extra: Mapping[int, list[float]]) -> EdgeNodes:
         """The same with more nodes on some edges."""
         parts = [self.of(e) for e in range(len(self.first) - 1)]
