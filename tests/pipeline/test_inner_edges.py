@@ -91,3 +91,44 @@ def test_an_edge_that_leaves_the_face_or_ends_beside_its_vertices_is_left_out(en
     model = fubini.load(embedded(line((1, 1, 0), end)))
     assert not model.faces[0].inner and len(model.edges) == 4
     assert any("is left out" in note for note in model.notes)
+
+
+def ring(radius=0.4, at=(1, 1, 0)):
+    circle = Geom_Circle(gp_Ax2(gp_Pnt(*at), gp_Dir(0, 0, 1)), radius)
+    return edge_of(circle, 0.0, 2 * np.pi)
+
+
+def test_loose_edges_are_imprinted_where_they_cross_touch_and_close():
+    along, across, circle = line((0.2, 1, 0), (1.8, 1, 0)), line((1, 0, 0), (1, 1.5, 0)), ring()
+    names = {"along": along, "across": across, "ring": circle}
+    mesh = fubini.mesh([sheet(*PLATE), along, across, circle], 0.2, imprint=True, names=names)
+    assert mesh.certificate.certified and area(mesh) == pytest.approx(4.0, rel=1e-13)
+    assert length(mesh, mesh.boundaries["along"]) == pytest.approx(1.6, rel=1e-13)
+    assert length(mesh, mesh.boundaries["across"]) == pytest.approx(1.5, rel=1e-13)
+    assert length(mesh, mesh.boundaries["ring"]) == pytest.approx(0.8 * np.pi, rel=0.02)
+    assert len(mesh.certificate.faces) == 5  # outside the ring, and its quarters
+    edges, uses = edge_uses(mesh)
+    pairs = {tuple(e): n for e, n in zip(edges.tolist(), uses.tolist(), strict=True)}
+    for name in names:
+        sides = mesh.segments[mesh.boundaries[name]]
+        assert {pairs.get(tuple(sorted(s))) for s in sides.tolist()} == {2}
+    crossing = np.flatnonzero((mesh.points == [1, 1, 0]).all(axis=1))
+    assert len(crossing) == 1 and apart(mesh) > 0.02
+
+
+def test_internal_edges_that_cross_or_close_follow_after_imprinting():
+    more = line((1, 0.4, 0), (1, 1.6, 0)), ring(0.2, (0.4, 0.4, 0))
+    internal = [e.Oriented(Orientation.TopAbs_INTERNAL) for e in more]
+    face = embedded(line((0.5, 1, 0), (1.5, 1, 0)), *internal)
+    mesh = fubini.mesh(face, 0.2, imprint=True)
+    assert mesh.certificate.certified and apart(mesh) > 0.02
+    inside = np.setdiff1d(mesh.edge_of_segment, [e for f in mesh.model.faces for e in f.region.edges])
+    assert len(inside) == 4 and len(mesh.certificate.faces) == 2
+    rows = np.isin(mesh.edge_of_segment, inside)
+    assert length(mesh, rows) == pytest.approx(1.0 + 1.2, rel=1e-13)
+
+
+def test_a_loose_edge_may_be_a_crack():
+    slit = line((0.5, 1, 0), (1.5, 1, 0))
+    mesh = fubini.mesh([sheet(*PLATE), slit], 0.3, imprint=True, names={"slit": slit}, cracks="slit", order=2)
+    assert mesh.certificate.certified and {"slit+", "slit-"} < set(mesh.boundaries)

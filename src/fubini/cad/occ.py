@@ -21,6 +21,7 @@ from OCP.Bnd import Bnd_Box  # noqa: E402
 from OCP.BRep import BRep_Builder, BRep_Tool  # noqa: E402
 from OCP.BRepBndLib import BRepBndLib  # noqa: E402
 from OCP.Message import Message  # noqa: E402
+from OCP.TopAbs import TopAbs_Orientation as Orientation  # noqa: E402
 from OCP.TopAbs import TopAbs_ShapeEnum as Kind  # noqa: E402
 from OCP.TopExp import TopExp, TopExp_Explorer  # noqa: E402
 from OCP.TopLoc import TopLoc_Location  # noqa: E402
@@ -36,6 +37,7 @@ except ImportError:
 Float = NDArray[np.float64]
 COMPOUND, SOLID = Kind.TopAbs_COMPOUND, Kind.TopAbs_SOLID
 SHELL, FACE = Kind.TopAbs_SHELL, Kind.TopAbs_FACE
+INTERNAL = Orientation.TopAbs_INTERNAL
 WIRE, EDGE, VERTEX = Kind.TopAbs_WIRE, Kind.TopAbs_EDGE, Kind.TopAbs_VERTEX
 
 
@@ -132,6 +134,22 @@ def parts(shape: Any) -> list[Any]:
     solids = ShapeMap(shape, SOLID)
     taken = ShapeMap(compound(solids), FACE)
     return [*solids, *(f for f in ShapeMap(shape, FACE) if taken.index(f) < 0)]
+
+
+def loose(shape: Any) -> list[Any]:
+    """What may lie in faces and bounds none: edges outside faces or internal to one, vertices outside edges."""
+    bounding = ShapeMap(compound(ShapeMap(shape, FACE)), EDGE)
+    inside = ShapeSet()
+    held = (e for face in ShapeMap(shape, FACE) for e in explore(face, EDGE))
+    within = [e for e in held if e.Orientation() == INTERNAL and inside.add(e)]
+    edges = ShapeMap(shape, EDGE)
+    ends = ShapeMap(compound(edges), VERTEX)
+    vertices = ShapeMap(shape, VERTEX)
+    return [
+        *within,
+        *(e for e in edges if bounding.index(e) < 0),
+        *(v for v in vertices if ends.index(v) < 0),
+    ]
 
 
 def compound(shapes: Iterable[Any]) -> Any:

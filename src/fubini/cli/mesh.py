@@ -35,6 +35,8 @@ if TYPE_CHECKING:
 @click.option("--select", metavar="NAME", help="Only the faces of this name.")
 @click.option("--imprint", is_flag=True, help="Cut parts where they touch or overlap, so that the mesh conforms.")
 @click.option("--sew", type=float, metavar="T", help="Join edges of different faces within this distance.")
+@click.option("--crack", "cracks", metavar="WHAT", multiple=True,
+              help='Part the mesh along these edges (a name, or as "edges 3,5-7"); may be repeated.')  # fmt: skip
 @click.option("--pattern", type=click.Choice(["auto", "SP13", "SP41", "ASP20", "ASP48"]),
               default="auto", show_default=True, help="Reference points laid into the cells.")  # fmt: skip
 @click.option("--min-skew", type=float, default=45.0, show_default=True, metavar="D",
@@ -71,6 +73,7 @@ def mesh(
     json_path: str | None,
     picture: str | None,
     quiet: bool,
+    cracks: tuple[str, ...],
     **options: Any,
 ) -> None:
     """Mesh the planar faces of the CAD file IN.
@@ -89,7 +92,9 @@ def mesh(
 
         _announce_compilation()
         with Progress() as progress:
-            result = fubini.mesh(source, faces=faces, select=select, names=names, progress=progress, **options)
+            result = fubini.mesh(
+                source, faces=faces, select=select, names=names, cracks=cracks or None, progress=progress, **options
+            )
         data = _write(result, outputs, json_path, picture)
     if json_path == "-":
         click.echo(dump_json(data), nl=False)

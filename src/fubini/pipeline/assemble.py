@@ -31,6 +31,7 @@ class Assembly:
     edge_of_segment: Int
     t_of_segment: Float
     nodes_of_face: tuple[NDArray[np.int64], ...]
+    closed: Int | None = None
 
 
 def assemble(model: Model, outlines: list[Outline], edge_ids: NDArray[np.int64], results: list[FaceResult]) -> Assembly:

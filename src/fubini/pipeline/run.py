@@ -18,6 +18,7 @@ from fubini.measure import numbering
 from fubini.model import Model, SkippedFace
 from fubini.naming import Names
 from fubini.pipeline.assemble import Assembly, assemble
+from fubini.pipeline.cracks import crack_edges, lips, open_cracks, with_segments
 from fubini.pipeline.faces import FaceMesher, FaceResult
 from fubini.pipeline.names import name_mesh, resolve_names
 from fubini.pipeline.options import MeshOptions, Progress, check_count, pick_size
@@ -83,6 +84,7 @@ def mesh(
     order: int = 1,
     imprint: bool = False,
     sew: float | None = None,
+    cracks: Any = None,
     progress: Progress | None = None,
     **options: Any,
 ) -> Mesh:
@@ -103,6 +105,9 @@ def mesh(
     imprint : cut faces and solids where they touch or overlap, so that the mesh conforms there; what two
         names A and B cover is named ``A|B``.
     sew : join edges of different faces within this distance (model units).
+    cracks : edges inside a face or between two, along which the mesh is parted, with nodes of its own on either lip:
+        an index, a name, text such as ``"edges 3,5"``, a predicate, or a list of these. Boundaries along them become
+        ``NAME+`` and ``NAME-``.
     progress : called as ``progress(stage, done, total)``.
     options : fields of ``fubini.pipeline.options.MeshOptions``: ``pattern``, ``min_skew``,
         ``max_aspect_ratio``, ``growth``, ``turn``, ``edge_size``, ``size_field``, ...
@@ -129,6 +134,8 @@ def mesh(
     if checked.pattern != "auto":
         model = without_inner_edges(model, checked.pattern)
     wanted = resolve_names(model, names)
+    parting = crack_edges(model, cracks, wanted)
+    checked = replace(checked, edge_segments=with_segments(checked.edge_segments, parting))
     clock.lap("load")
     length = min(checked.size, model.diagonal) if checked.size is not None else pick_size(model)
     check_count(model, length)
@@ -142,10 +149,10 @@ def mesh(
     clock.lap("faces")
     whole = assemble(model, outlines, edge_ids, results)
     clock.lap("assemble")
+    whole, named = open_cracks(whole, name_mesh(model, whole, wanted), parting)
+    clock.lap("names")
     verdict = _certify(model, outlines, edge_ids, whole, results, checked)
     clock.lap("certificate")
-    named = name_mesh(model, whole, wanted)
-    clock.lap("names")
     result = _mesh_value(model, whole, named, verdict, length, clock)
     if order == 2:
         result = result.elevate()
@@ -259,7 +266,7 @@ def _certify(
         corners = np.flatnonzero(boundary.kind == CORNER)
         ids = edge_ids[outline.edges]
         judged = certificate.Outline(
-            segments=numbers[boundary.segments].astype(np.int32),
+            segments=lips(whole, slice(at, at + n), numbers[boundary.segments].astype(np.int32)),
             curve=boundary.track,
             t=boundary.t,
             corners=numbers[corners].astype(np.int32),
