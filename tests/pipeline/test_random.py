@@ -8,7 +8,7 @@ import pytest
 import fubini
 import random_regions
 import regions
-from fubini.sampling.boundary import crossed
+from fubini.sampling.tangles import crossed
 
 KEYS = [(s, (10, 25, 50, 15)[s % 4]) for s in [*range(40), 103]]
 

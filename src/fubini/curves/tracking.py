@@ -11,15 +11,16 @@ from fubini.tracks import TrackBuilder
 from fubini.tracks.table import CONIC, LINE, RATIONAL
 
 
-def track(builder: TrackBuilder, curve: Curve) -> int:
-    """Append ``curve`` to ``builder`` and return its track number; t keeps its meaning."""
+def track(builder: TrackBuilder, curve: Curve, backwards: bool = False) -> int:
+    """Append ``curve``, or its ``reverse()``, to ``builder`` and return its track number; t keeps its meaning."""
+    start, end = (curve.end, curve.start) if backwards else (curve.start, curve.end)
     if isinstance(curve, Line):
-        return builder.add(LINE, curve.start, curve.end)
+        return builder.add(LINE, start, end)
     if isinstance(curve, Conic):
-        angles = (curve.angle0, curve.angle1)
-        return builder.add(CONIC, curve.start, curve.end, curve.center, curve.major, curve.minor, angles)
+        angles = (curve.angle1, curve.angle0) if backwards else (curve.angle0, curve.angle1)
+        return builder.add(CONIC, start, end, curve.center, curve.major, curve.minor, angles)
     if isinstance(curve, Spline):
-        c = curve.chain
+        c = curve.reverse().chain if backwards else curve.chain
         head = (len(c.poles), c.poles.shape[1] - 1)
-        return builder.add(RATIONAL, curve.start, curve.end, head, c.breaks, c.homogeneous())
+        return builder.add(RATIONAL, start, end, head, c.breaks, c.homogeneous())
     raise OptionError(f"no track for a curve of type {type(curve).__name__}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 
 import numpy as np
@@ -80,6 +81,7 @@ def _finish(state: State, scratch: Work, start: Triangulation, options: Optimise
     )
 
 
+@functools.lru_cache(maxsize=16)
 def improvement_goals(options: OptimiseOptions) -> NDArray[np.float64]:
     """Values of f to reach in turn once the bound is met: skewness 49 to 58 degrees, as far as above the bound."""
     above = options.min_skew + 1.0 if options.improve > 0.0 else 90.0

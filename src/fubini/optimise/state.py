@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 
 import numpy as np
@@ -36,8 +37,9 @@ MARGIN = 4e-3
 ACUTE = 50.0
 
 
+@functools.lru_cache(maxsize=16)
 def rule_of(options: OptimiseOptions) -> NDArray[np.float64]:
-    """The numbers that kernels judge triangles by (``State.rule``)."""
+    """The numbers that kernels judge triangles by (``State.rule``, which takes a copy)."""
     rule = np.zeros(8)
     hard = math.tan(math.radians(options.min_skew - 45.0))
     rule[HARD] = hard + 1e-9
@@ -76,7 +78,7 @@ def build_state(tri: Triangulation, tracks: Tracks, options: OptimiseOptions, sp
     arrays += [grown(tri.triangles, m, triangles), grown(tri.neighbours, m, triangles)]
     arrays += _scratch(nodes, triangles)
     arrays += [grown(array, k, segments) for array in (boundary.track, boundary.t, boundary.mode)]
-    arrays += [counts, rule_of(options), *tracks]
+    arrays += [counts, rule_of(options).copy(), *tracks]
     state = State(*arrays)
     state.kind[: len(boundary.kind)] = boundary.kind
     if not options.allow_splits:

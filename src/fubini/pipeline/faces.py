@@ -33,7 +33,7 @@ MOVES, MOVES_EACH = 50_000, 400
 #: Corners so little (degrees) above what one triangle can cover leave no choice for its legs.
 TIGHT = 3.0
 #: Fewer triangles than this inside do not pay for a strip of their own.
-LEAST_CORE = 4000
+LEAST_CORE = 2500
 #: A size field may ask for anything inside: no core stays as it is.
 NO_CORE = 2**62
 #: Budget of refinements towards a size field.
@@ -63,14 +63,7 @@ def attempt(
     Returns the triangulation, and the core that it leaves out.
     """
     boundary = held(boundary, options, number, number % 2 == 0 and inside is None)
-    asked = OptimiseOptions(
-        min_skew=options.min_skew,
-        max_aspect_ratio=options.max_aspect_ratio,
-        growth=options.growth,
-        max_sag=options.max_sag,
-        budget=MOVES,
-        budget_each=MOVES_EACH,
-    )
+    asked = optimiser_options(options)
     if inside is not None:
         start = constrained_delaunay(np.concatenate([boundary.points, inside]), boundary)
         return optimise(start, outline.tracks, asked), None
@@ -83,6 +76,18 @@ def attempt(
         return refine_and_optimise(start, outline.tracks, size, options.gradient, asked), core
     filled = follow(refine(start, outline.tracks, size, options.gradient), outline, size, options.gradient, sizes)
     return optimise(filled, outline.tracks, asked), core
+
+
+def optimiser_options(options: MeshOptions) -> OptimiseOptions:
+    """What the optimiser is asked."""
+    return OptimiseOptions(
+        min_skew=options.min_skew,
+        max_aspect_ratio=options.max_aspect_ratio,
+        growth=options.growth,
+        max_sag=options.max_sag,
+        budget=MOVES,
+        budget_each=MOVES_EACH,
+    )
 
 
 def follow(

@@ -236,9 +236,10 @@ def outline_faces(model: Model) -> tuple[list[Outline], NDArray[np.int64], NDArr
         except FubiniError as error:
             error.file, error.face = error.file or model.source, face.index
             raise
-    pairs = np.array([(model.edges[e].start, model.edges[e].end) for e in used], np.int64)
-    _, ends = np.unique(pairs, return_inverse=True)
-    return outlines, np.array(used, np.int64), ends.reshape(-1, 2)
+    vertices = sorted({v for e in used for v in (model.edges[e].start, model.edges[e].end)})
+    place = {v: i for i, v in enumerate(vertices)}
+    ends = np.array([(place[model.edges[e].start], place[model.edges[e].end]) for e in used], np.int64)
+    return outlines, np.array(used, np.int64), ends
 
 
 def lay_pattern(model: Model, outlines: list[Outline], pattern: str) -> list[PatternPoints] | None:

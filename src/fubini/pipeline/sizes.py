@@ -32,7 +32,7 @@ def size_options(
 
     ``wanted`` : names of the user. Raises OptionError for an edge, face or vertex that the model does not have.
     """
-    number = {int(e): i for i, e in enumerate(edge_ids)}
+    number = {e: i for i, e in enumerate(edge_ids.tolist())}
     edges, segments, vertices = (
         by_part(model, f"{what}_{of}", what, asked, wanted or {})
         for what, of, asked in (
@@ -43,10 +43,10 @@ def size_options(
     )
     by_edge = {number[e]: h for e, h in edges.items()}
     for outline, h in zip(outlines, face_sizes(model, size, options, wanted), strict=True):
-        for e in outline.edges.tolist():
+        for e in outline.edges.tolist() if h < size else ():
             by_edge[e] = min(by_edge.get(e, size), h)
-    corners = np.array([(model.edges[int(e)].start, model.edges[int(e)].end) for e in edge_ids])
-    vertex = {v: i for i, v in enumerate(np.unique(corners).tolist())}
+    corners = {v for e in edge_ids.tolist() for v in (model.edges[e].start, model.edges[e].end)} if vertices else ()
+    vertex = {v: i for i, v in enumerate(sorted(corners))}
     return SizeOptions(
         size,
         gradient=options.gradient,

@@ -1,7 +1,6 @@
-"""Compiled parts of the boundary discretisation.
+"""Compiled parts of the boundary discretisation: the nodes of all edges, the boundary of one face, its gaps.
 
-Edges are stored flat: samples ``first[e] .. first[e + 1]`` of edge e hold the parameter ``t``, the
-arc length ``s`` and the wanted size ``h`` there; between samples ``h`` is linear in ``s``.
+For the tables of sizes (``first``, ``t``, ``s``, ``h``) see ``_kernels_sizes``.
 """
 
 from __future__ import annotations
@@ -10,96 +9,11 @@ import math
 
 import numpy as np
 
-from fubini._jit import kernel
+from fubini._jit import inner, kernel
 from fubini.tracks._kernels import evaluate_one
 
 
-@kernel(allocates=True)
-def turning_sizes(x, s, turn, out):
-    """Size at each sample of a polyline x (n, 2) with arc lengths s (n,): it turns by ``turn`` radians there.
-
-    The narrowest window about the sample over which the tangent turns by ``turn`` is the size; an
-    isolated kink that turns by less does not call for small elements, however small its radius.
-    Writes into out (n,).
-    """
-    n = x.shape[0]
-    angle = np.empty(n)
-    previous = math.atan2(x[1, 1] - x[0, 1], x[1, 0] - x[0, 0])
-    total = 0.0
-    angle[0] = 0.0
-    for i in range(1, n):
-        d = math.atan2(x[i, 1] - x[i - 1, 1], x[i, 0] - x[i - 1, 0])
-        step = d - previous
-        if step > math.pi:
-            step -= 2.0 * math.pi
-        elif step < -math.pi:
-            step += 2.0 * math.pi
-        previous = d
-        total += abs(step)
-        angle[i] = total
-    low = 0
-    for i in range(n):
-        out[i] = np.inf
-    for high in range(1, n):
-        while angle[high] - angle[low] >= turn:
-            window = s[high] - s[low]
-            for i in range(low, high + 1):
-                if window < out[i]:
-                    out[i] = window
-            low += 1
-
-
-@kernel
-def relax_edge(s, h, g):
-    """Limit the growth of h (n,) along s (n,) to g, in place."""
-    n = s.shape[0]
-    for i in range(1, n):
-        h[i] = min(h[i], h[i - 1] + g * (s[i] - s[i - 1]))
-    for i in range(n - 2, -1, -1):
-        h[i] = min(h[i], h[i + 1] + g * (s[i + 1] - s[i]))
-
-
-@kernel
-def grade(first, s, h, ends, radius, vertex_size, vertex_leg, g, longest):
-    """Limit the growth of sizes along all edges and through the vertices that they share.
-
-    ends (e, 2): vertices; radius (e, 2): protected length at each end, 0 for none. All protected ends at a
-    vertex get one length ``vertex_leg`` (v,), at most ``longest`` (v,) times the size of the vertex, which is at
-    most that length. The sizes along a protected edge do not act on its vertex: just after a long leg into a
-    cusp they are tiny. Seen round other edges they ask for g times the leg and more, so that with ``longest``
-    1/g a leg never shortens itself.
-    ``h``, ``radius``, ``vertex_size`` (v,) and ``vertex_leg`` change in place. Returns the number of sweeps.
-    """
-    edges = first.shape[0] - 1
-    for sweep in range(100):
-        changed = False
-        for e in range(edges):
-            a, b = first[e], first[e + 1] - 1
-            for i in range(2):
-                v = ends[e, i]
-                at = a if i == 0 else b
-                if radius[e, i] > 0.0:
-                    leg = min(radius[e, i], vertex_leg[v], longest[v] * vertex_size[v])
-                    if leg < radius[e, i] or leg < vertex_leg[v] or leg < vertex_size[v]:
-                        radius[e, i] = leg
-                        vertex_leg[v] = leg
-                        vertex_size[v] = min(vertex_size[v], leg)
-                        changed = True
-                elif h[at] > vertex_size[v]:
-                    h[at] = vertex_size[v]
-            relax_edge(s[a : b + 1], h[a : b + 1], g)
-            for i in range(2):
-                v = ends[e, i]
-                at = a if i == 0 else b
-                if radius[e, i] == 0.0 and h[at] < vertex_size[v]:
-                    vertex_size[v] = h[at]
-                    changed = True
-        if not changed:
-            return sweep
-    return 100
-
-
-@kernel(allocates=True)
+@inner(allocates=True)
 def envelope(first, t, s, cap, h, g):
     """Tables with a sample wherever growth from a fine sample reaches the ceiling or another ramp.
 
@@ -137,7 +51,7 @@ def envelope(first, t, s, cap, h, g):
     return new_first, out[0, :n], out[1, :n], out[2, :n]
 
 
-@kernel
+@inner
 def metric_length(length, h0, h1):
     """Integral of ds / h over a piece along which h runs linearly from h0 to h1."""
     d = h1 - h0
@@ -146,7 +60,7 @@ def metric_length(length, h0, h1):
     return length * math.log(h1 / h0) / d
 
 
-@kernel
+@inner
 def metric_position(part, length, h0, h1):
     """Distance along a piece at which the integral of ds / h reaches ``part``."""
     d = h1 - h0
@@ -155,7 +69,7 @@ def metric_position(part, length, h0, h1):
     return min(length, h0 * length / d * (math.exp(part * d / length) - 1.0))
 
 
-@kernel
+@inner
 def interpolate(x, xs, ys, a, b):
     """Value at x of the polyline (xs, ys) over samples a .. b, ends clamped."""
     if x <= xs[a]:
@@ -172,7 +86,7 @@ def interpolate(x, xs, ys, a, b):
     return (1.0 - w) * ys[a] + w * ys[b]
 
 
-@kernel
+@inner
 def edge_metric(first, s, h, e, low, high):
     """Metric length of edge e between arc lengths low and high."""
     total = 0.0
@@ -191,7 +105,7 @@ def edge_metric(first, s, h, e, low, high):
     return total
 
 
-@kernel
+@inner
 def count_nodes(first, s, h, radius, step, at_least, counts):
     """Number of segments of each edge into counts (e,), the protected ends included.
 
@@ -208,7 +122,7 @@ def count_nodes(first, s, h, radius, step, at_least, counts):
         counts[e] = max(1, at_least[e] - extra, n) + extra
 
 
-@kernel
+@inner
 def place_nodes(first, s, t, h, radius, step, counts, node_first, node_t):
     """Parameters of the nodes of each edge, both ends included, at equal metric lengths between protected ends.
 
@@ -254,39 +168,31 @@ def place_nodes(first, s, t, h, radius, step, counts, node_first, node_t):
             k += 1
 
 
-@kernel
-def gather_face(
-    kinds, offsets, data, loop_first, edges, forward, angles, shared, node_first, node_t, points, kind, angle,
-    segments, track, params, mode,
-):
-    """Boundary arrays of one face from the nodes of its edges; returns the number of nodes.
-
-    ``edges``, ``forward``, ``angles``, ``shared`` (c,) describe the curves in loop order; track j is
-    curve j in the direction of its edge. The node before curve j has the interior angle angles[j].
-    """
-    n = 0
-    for loop in range(loop_first.shape[0] - 1):
-        start = n
-        for c in range(loop_first[loop], loop_first[loop + 1]):
-            e = edges[c]
-            o = node_first[e]
-            k = node_first[e + 1] - o - 1
-            for i in range(k):
-                j, j1 = (o + i, o + i + 1) if forward[c] else (o + k - i, o + k - i - 1)
-                points[n, 0], points[n, 1] = evaluate_one(kinds, offsets, data, c, node_t[j])
-                kind[n] = 2 if i == 0 else (3 if shared[c] else 1)
-                angle[n] = angles[c] if i == 0 else 180.0
-                segments[n, 0] = n
-                segments[n, 1] = n + 1
-                track[n] = c
-                params[n, 0], params[n, 1] = node_t[j], node_t[j1]
-                mode[n] = 1 if shared[c] else 0
-                n += 1
-        segments[n - 1, 1] = start
-    return n
-
-
 @kernel(allocates=True)
+def lay_nodes(first, t, s, cap, h, radius, step, at_least, g, most):
+    """Nodes of all edges: counts (e,) of segments, node_first (e + 1,) and the parameters node_t.
+
+    See ``envelope``, ``count_nodes`` and ``place_nodes``. No nodes are laid where they would be more than ``most``, or
+    an edge cannot be counted (its count is below 1): node_t is empty then.
+    """
+    first, t, s, h = envelope(first, t, s, cap, h, g)
+    edges = first.shape[0] - 1
+    counts, node_first = np.empty(edges, np.int64), np.empty(edges + 1, np.int64)
+    count_nodes(first, s, h, radius, step, at_least, counts)
+    total, least = 0, 1
+    for e in range(edges):
+        node_first[e] = total + e
+        total += counts[e]
+        least = min(least, counts[e])
+    node_first[edges] = total + edges
+    if total > most or least < 1:
+        return counts, node_first, np.empty(0)
+    node_t = np.empty(total + edges)
+    place_nodes(first, s, t, h, radius, step, counts, node_first, node_t)
+    return counts, node_first, node_t
+
+
+@inner(allocates=True)
 def node_sizes(points, segments, angle, sharp, h, size):
     """Size of each boundary node: half the length of its two segments, at most h.
 
@@ -311,15 +217,55 @@ def node_sizes(points, segments, angle, sharp, h, size):
         size[v] = min(h, shorter[v] if beside[v] else size[v])
 
 
-@kernel
-def gap_sizes(points, triangles, neighbours, size, sharp, g, factor, want, foot, foot_want):
+@kernel(allocates=True)
+def gather_face(
+    kinds, offsets, data, loop_first, edges, forward, angles, uses, node_first, node_t, sharp, h
+):  # fmt: skip
+    """Boundary arrays of one face from the nodes of its edges: points, kind, size, angle, segments, track, t, mode.
+
+    ``edges``, ``forward``, ``angles`` (c,) describe the curves in loop order; track j is curve j in the direction of
+    its edge, ``uses`` (e,) tells how often an edge bounds a face. The node before curve j has the interior angle
+    angles[j]. ``sharp`` and ``h`` as in ``node_sizes``.
+    """
+    n = 0
+    for c in range(edges.shape[0]):
+        n += node_first[edges[c] + 1] - node_first[edges[c]] - 1
+    points, params, angle, size = np.empty((n, 2)), np.empty((n, 2)), np.empty(n), np.empty(n)
+    kind, mode, track = np.empty(n, np.uint8), np.empty(n, np.uint8), np.empty(n, np.int32)
+    segments = np.empty((n, 2), np.int32)
+    n = 0
+    for loop in range(loop_first.shape[0] - 1):
+        start = n
+        for c in range(loop_first[loop], loop_first[loop + 1]):
+            e = edges[c]
+            shared = uses[e] > 1
+            o = node_first[e]
+            k = node_first[e + 1] - o - 1
+            for i in range(k):
+                j, j1 = (o + i, o + i + 1) if forward[c] else (o + k - i, o + k - i - 1)
+                points[n, 0], points[n, 1] = evaluate_one(kinds, offsets, data, c, node_t[j])
+                kind[n] = 2 if i == 0 else (3 if shared else 1)
+                angle[n] = angles[c] if i == 0 else 180.0
+                segments[n, 0] = n
+                segments[n, 1] = n + 1
+                track[n] = c
+                params[n, 0], params[n, 1] = node_t[j], node_t[j1]
+                mode[n] = 1 if shared else 0
+                n += 1
+        segments[n - 1, 1] = start
+    node_sizes(points, segments, angle, sharp, h, size)
+    return points, kind, size, angle, segments, track, params, mode
+
+
+@inner
+def gap_sizes(points, triangles, neighbours, size, angle, sharp, g, factor, want, foot, foot_want):
     """Sizes wanted at the boundary nodes (n,) and at one place of each segment (k,).
 
     In a triangulation of the boundary nodes alone, a triangle with one edge on the boundary sees the
     gap between that segment and its apex. The apex is asked to be no larger than ``factor`` times the
     gap, and so is the foot of the apex on the segment: ``foot`` is its share of the segment and
-    ``foot_want`` the size there, infinite where nothing is asked. ``sharp`` flags nodes at sharp
-    corners, which are left alone. Growth is limited to g along all edges.
+    ``foot_want`` the size there, infinite where nothing is asked. Nodes at corners
+    below ``sharp`` degrees are left alone. Growth is limited to g along all edges.
     """
     for v in range(want.shape[0]):
         want[v] = size[v]
@@ -336,11 +282,11 @@ def gap_sizes(points, triangles, neighbours, size, sharp, g, factor, want, foot,
             length = math.hypot(ex, ey)
             q = min(1.0, max(0.0, (px * ex + py * ey) / length**2))
             gap = factor * math.hypot(px - q * ex, py - q * ey)
-            if not sharp[v]:
+            if angle[v] >= sharp:
                 want[v] = min(want[v], gap)
-            if not sharp[a]:
+            if angle[a] >= sharp:
                 want[a] = min(want[a], gap + g * q * length)
-            if not sharp[b]:
+            if angle[b] >= sharp:
                 want[b] = min(want[b], gap + g * (1.0 - q) * length)
             segment = -1 - neighbours[t, i]
             foot[segment] = q
@@ -349,8 +295,48 @@ def gap_sizes(points, triangles, neighbours, size, sharp, g, factor, want, foot,
         for t in range(triangles.shape[0]):
             for i in range(3):
                 a, b = triangles[t, i], triangles[t, (i + 1) % 3]
-                if sharp[a] or sharp[b]:
+                if angle[a] < sharp or angle[b] < sharp:
                     continue
                 reach = g * math.hypot(points[a, 0] - points[b, 0], points[a, 1] - points[b, 1])
                 want[b] = min(want[b], want[a] + reach)
                 want[a] = min(want[a], want[b] + reach)
+
+
+@inner
+def corner_ratio(points, segments, want, v):
+    """Wanted size over the base of the triangle in the sharp corner v; segments that leave and reach v."""
+    leave = reach = -1
+    for k in range(segments.shape[0]):
+        if segments[k, 0] == v and leave < 0:
+            leave = k
+        if segments[k, 1] == v and reach < 0:
+            reach = k
+    p, q = segments[leave, 1], segments[reach, 0]
+    base = math.hypot(points[p, 0] - points[q, 0], points[p, 1] - points[q, 1])
+    ratio = min(want[p], want[q]) / base if base > 0.0 else 1.0
+    return ratio, leave, reach
+
+
+@kernel(allocates=True)
+def see_gaps(points, segments, triangles, neighbours, size, angle, sharp, g, factor, least, threshold, leg_threshold):
+    """What ``gap_sizes`` asks for, no less than ``least``, and whether any of it is too far below the present.
+
+    Too far is below ``threshold`` times the present size at a node or a foot, or ``leg_threshold`` times the base
+    of the triangle in a sharp corner. Returns want (n,), foot (k,), foot_want (k,) and 1 or 0.
+    """
+    n, k = points.shape[0], segments.shape[0]
+    want, foot, foot_want = np.empty(n), np.empty(k), np.empty(k)
+    gap_sizes(points, triangles, neighbours, size, angle, sharp, g, factor, want, foot, foot_want)
+    narrow = 0
+    for v in range(n):
+        want[v] = max(want[v], least)
+    for s in range(k):
+        a, b = segments[s, 0], segments[s, 1]
+        foot_want[s] = max(foot_want[s], least)
+        present = foot[s] * size[b] + (1.0 - foot[s]) * size[a]
+        if foot_want[s] < threshold * present or want[a] < threshold * size[a] or want[b] < threshold * size[b]:
+            narrow = 1
+    for v in range(n):
+        if angle[v] < sharp and corner_ratio(points, segments, want, v)[0] < leg_threshold:
+            narrow = 1
+    return want, foot, foot_want, narrow

@@ -44,7 +44,8 @@ class TrackBuilder:
         self._kinds.append(kind)
         self._offsets.append(len(self._data))
         for part in (start, end, *rest):
-            self._data.extend(np.asarray(part, float).ravel().tolist())
+            array = part if isinstance(part, np.ndarray) else np.asarray(part, float)
+            self._data.extend(array.ravel().tolist())
         return len(self._kinds) - 1
 
     def build(self) -> Tracks:
@@ -74,14 +75,13 @@ def rounded(tracks: Tracks, length: float, bits: int) -> Tracks:
     ``length`` is taken down to a power of two, so that scaling by powers of two commutes with it.
     """
     unit = 2.0**-bits
-    grid = np.full(len(tracks.data), unit)
     coordinate = unit * 2.0 ** math.floor(math.log2(length))
-    for kind, o in zip(tracks.kinds.tolist(), tracks.offsets.tolist(), strict=True):
-        grid[o : o + 4] = coordinate
-        if kind == CONIC:
-            grid[o + 4 : o + 10] = coordinate
-        elif kind == RATIONAL:
-            pieces, degree = int(tracks.data[o + 4]), int(tracks.data[o + 5])
-            poles = grid[o + 7 + pieces : o + 7 + pieces + 3 * pieces * (degree + 1)].reshape(-1, 3)
-            poles[:, :2] = coordinate
+    grid = np.full(len(tracks.data), coordinate)
+    arcs = tracks.offsets[tracks.kinds == CONIC]
+    grid[arcs + 10] = grid[arcs + 11] = unit
+    for o in tracks.offsets[tracks.kinds == RATIONAL].tolist():
+        pieces, degree = int(tracks.data[o + 4]), int(tracks.data[o + 5])
+        poles = o + 7 + pieces
+        grid[o + 4 : poles] = unit
+        grid[poles + 2 : poles + 3 * pieces * (degree + 1) : 3] = unit
     return tracks._replace(data=np.round(tracks.data / grid) * grid)

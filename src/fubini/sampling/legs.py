@@ -1,0 +1,211 @@
+"""Legs of sharp corners: both edges of such a corner start with a segment of one length.
+
+So the one triangle there is isosceles. Beside a cusp the leg is long and what follows is short, which a wall on the
+other side of the edge has to stand.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fubini.sampling.outline import Outline
+from fubini.sampling.tables import EdgeTables, SizeOptions
+from fubini.tracks import evaluate
+from fubini.triangulation.value import LOCKED, Boundary
+
+Float = NDArray[np.float64]
+
+#: Corners below this (degrees) are covered by one triangle: two halves would be too sharp.
+SHARP = 50.0
+#: Corners below this (degrees) have one triangle alone that will do, or none: its legs are held in all faces.
+NARROW = 27.0
+#: Share of the shorter edge that the triangle of a sharp corner may take.
+LEG_SHARE = 0.34
+#: Where a leg borders another face too, the next segment there must not be shorter by more than this: five valid
+#: triangles about a node on a straight edge span at most a ratio of 16.4.
+STEP = 8.0
+#: Where that cannot be had, a ratio up to this is tried.
+LARGEST_STEP = 13.0
+#: Gaps that the next segment may be long where one side of the corner is beside a wall, and where both are.
+MOST_GAPS = (2.6, 1.8)
+#: For the sake of ``STEP`` a leg may be this many times as long as asked.
+LONGEST_LEG = 1.7
+
+
+class Legs:
+    """Lengths of the legs at the ends of all edges.
+
+    Attributes
+    ----------
+    radius : (e, 2) length of the first and of the last segment of an edge; 0 where it is no leg.
+    held : (e, 2) legs that no face may split.
+    longest : (v,) longest leg over the size at a vertex.
+    """
+
+    def __init__(
+        self, outlines: list[Outline], ends: NDArray[np.int64], options: SizeOptions, tables: EdgeTables
+    ) -> None:
+        self.outlines, self.ends, self.options, self.tables = outlines, ends, options, tables
+        self.radius = np.zeros((len(ends), 2))
+        self.held = np.zeros((len(ends), 2), bool)
+        self.longest = np.ones(int(ends.max(initial=-1)) + 1)
+        self._walled: list[tuple[Outline, int, int, float]] = []
+        for outline in outlines:
+            if outline.angles.min() < SHARP:
+                self._protect_corners(outline)
+
+    def _protect_corners(self, outline: Outline) -> None:
+        """Give both edges of every sharp corner a first segment of one length."""
+        for c, before in outline.pairs():
+            if outline.angles[c] >= SHARP or (c == before and outline.angles[c] >= 180.0):
+                continue
+            sides = corner_sides(outline, c, before)
+            most = LEG_SHARE * min(self.tables.of[e][1][-1] for e, _ in sides)
+            leg = self._leg_of_true_angle(outline, c, before, min(self.options.size, most))
+            for e, i in sides:
+                old = self.radius[e, i]
+                self.radius[e, i] = min(old, leg) if old > 0.0 else leg
+                self.held[e, i] |= outline.angles[c] < NARROW
+
+    def lengthen(self) -> None:
+        """Lengthen legs that lie beside another face too, where the next segment would be too short for that face."""
+        flat = self._wall_ends = self._flat_ends()
+        if not (flat & (self.radius > 0.0)).any():
+            return
+        shortest = np.full(len(self.longest), np.inf)
+        for (_t, s, _h), ends in zip(self.tables.of, self.ends, strict=True):
+            shortest[ends] = np.minimum(shortest[ends], s[-1])
+        for outline in self.outlines:
+            for c, before in outline.pairs():
+                sides = corner_sides(outline, c, before)
+                walls = sum(bool(flat[side]) for side in sides)
+                if outline.angles[c] >= SHARP or not walls or self.radius[sides[0]] == 0.0:
+                    continue
+                self._walled.append((outline, c, before, MOST_GAPS[walls - 1]))
+                v = int(self.ends[sides[0]])
+                leg = float(self.radius[sides[0]])
+                longer = self._leg_beside_wall(outline, c, before, leg, float(shortest[v]))
+                if longer > leg:
+                    self.longest[v] *= longer / leg
+                    for side in sides:
+                        self.radius[side] = longer
+
+    def _flat_ends(self) -> NDArray[np.bool_]:
+        """Which edge ends (e, 2) lie at a corner of some face that is not sharp."""
+        flat = np.zeros((len(self.ends), 2), bool)
+        for outline in self.outlines:
+            for c, before in outline.pairs():
+                if outline.angles[c] >= SHARP:
+                    for side in corner_sides(outline, c, before):
+                        flat[side] = True
+        return flat
+
+    def _leg_beside_wall(self, outline: Outline, c: int, before: int, leg: float, shortest: float) -> float:
+        """Lengthen the leg until the gap at its end allows a next segment of no less than the leg over ``STEP``.
+
+        In a cusp the gap grows with the square of the distance; unchanged where no length will do.
+        """
+        size = self.options.size
+        most_gaps = self._walled[-1][3]
+        edges = (int(outline.edges[j]) for j in (c, before))
+        most = min(LONGEST_LEG * size, LONGEST_LEG * shortest, LEG_SHARE * min(self.tables.of[e][1][-1] for e in edges))
+        for ratio in (STEP, LARGEST_STEP):
+            longer = leg
+            while longer <= most:
+                gap = self._opening(outline, c, before, longer)
+                if ratio * min(size, most_gaps * gap) >= longer:
+                    return longer
+                longer *= 1.05
+        return leg
+
+    def _opening(self, outline: Outline, c: int, before: int, leg: float) -> float:
+        """Distance between the ends of two legs of this length."""
+        p, q = (self._leg_end(outline, j, side, leg) for j, side in leg_tracks(outline, c, before))
+        return math.dist(p, q)
+
+    def steps(self, radius: Float) -> Float:
+        """Lengths (e, 2) of the segments beside the legs that a flat wall sees too; 0 where sizes alone decide.
+
+        They are stretched, as far as valid triangles across the gap go, to be no less than the leg over ``STEP``.
+        """
+        steps = np.zeros((len(self.ends), 2))
+        for outline, c, before, most_gaps in self._walled:
+            sides = corner_sides(outline, c, before)
+            leg = float(radius[sides[0]])
+            gap = self._opening(outline, c, before, leg)
+            gaps = leg / (STEP * gap)
+            if gaps <= self.options.gap or LARGEST_STEP * most_gaps * gap < leg:
+                continue
+            for side in sides:
+                if self._wall_ends[side]:
+                    step = min(self.options.size, min(gaps, most_gaps) * gap)
+                    steps[side] = min(steps[side], step) if steps[side] > 0.0 else step
+        return steps
+
+    def _leg_of_true_angle(self, outline: Outline, c: int, before: int, leg: float) -> float:
+        """Shorten the leg until the chords open about as wide as the tangents do."""
+        for _ in range(12):
+            p = [self._leg_end(outline, j, side, leg) for j, side in leg_tracks(outline, c, before)]
+            corner = evaluate(outline.tracks, c, 0.0 if outline.forward[c] else 1.0)[0]
+            u, v = p[0] - corner, p[1] - corner
+            opening = np.degrees(np.arctan2(u[0] * v[1] - u[1] * v[0], u @ v))
+            if opening > 0.93 * outline.angles[c] and opening > 1e-3:
+                break
+            leg *= 0.6
+        return leg
+
+    def _leg_end(self, outline: Outline, j: int, side: int, leg: float) -> Float:
+        """Point at arc length ``leg`` from the given end of curve j."""
+        t, s, _ = self.tables.of[outline.edges[j]]
+        at = leg if side == 0 else s[-1] - leg
+        return evaluate(outline.tracks, j, np.interp(at, s, t))[0]
+
+    def shorten(self, outline: Outline, boundary: Boundary, want: Float) -> set[int]:
+        """The triangle of a sharp corner must not be larger than the gap beside it."""
+        changed: set[int] = set()
+        ends = boundary.segments
+        for v in np.flatnonzero(boundary.angle < SHARP):
+            leave = int(np.flatnonzero(ends[:, 0] == v)[0])
+            reach = int(np.flatnonzero(ends[:, 1] == v)[0])
+            p, q = ends[leave, 1], ends[reach, 0]
+            base = float(np.linalg.norm(boundary.points[p] - boundary.points[q]))
+            ratio = min(want[p], want[q]) / base if base > 0.0 else 1.0
+            if ratio >= 0.85:
+                continue
+            for k, at_start in ((leave, True), (reach, False)):
+                j = int(boundary.track[k])
+                e = int(outline.edges[j])
+                i = 0 if at_start == bool(outline.forward[j]) else 1
+                self.radius[e, i] *= max(0.4, ratio)
+                changed.add(e)
+        return changed
+
+    def shrink(self, outline: Outline, boundary: Boundary, k: int) -> set[int]:
+        """Shorten the protected legs that segment k is; the edge when there is one."""
+        e = int(outline.edges[boundary.track[k]])
+        legs = [i for i, t in enumerate((0.0, 1.0)) if t in boundary.t[k] and self.radius[e, i] > 0.0]
+        self.radius[e, legs] *= 0.6
+        return {e} if legs else set()
+
+    def hold(self, outline: Outline, boundary: Boundary) -> None:
+        """Lock segments that are legs of a sharp corner of another face: split here, they would be split there too."""
+        e = outline.edges[boundary.track]
+        for side in (0, 1):
+            for i, t in enumerate((0.0, 1.0)):
+                wide = boundary.angle[boundary.segments[:, side]] >= SHARP
+                boundary.mode[(boundary.t[:, side] == t) & self.held[e, i] & wide] = LOCKED
+
+
+def corner_sides(outline: Outline, c: int, before: int) -> tuple[tuple[int, int], tuple[int, int]]:
+    """Edge and end (0 or 1) of the curves that leave and reach the start of curve c."""
+    leaving = (int(outline.edges[c]), 0 if outline.forward[c] else 1)
+    arriving = (int(outline.edges[before]), 1 if outline.forward[before] else 0)
+    return leaving, arriving
+
+
+def leg_tracks(outline: Outline, c: int, before: int) -> tuple[tuple[int, int], tuple[int, int]]:
+    """Curve and end (0 or 1) of the two legs at the start of curve c."""
+    return (c, 0 if outline.forward[c] else 1), (before, 1 if outline.forward[before] else 0)
