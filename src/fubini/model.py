@@ -71,7 +71,8 @@ class Face:
     ``region.loops[i].edges[j]`` is the CAD edge index of the j-th curve of the i-th loop and
     ``.forward[j]`` says whether the curve runs along the edge; its parameter is then that of the
     edge, else one minus it. ``inner`` holds edges inside the region that the mesh must follow: curves
-    along the edge, and CAD edge indices.
+    along the edge, and CAD edge indices. ``points`` holds vertices inside the region that become nodes: CAD vertex
+    indices and plane coordinates (2,).
     """
 
     index: int
@@ -81,6 +82,7 @@ class Face:
     area: float | None = None
     tolerance: float = 0.0
     inner: tuple[tuple[Curve, int], ...] = ()
+    points: tuple[tuple[int, Float], ...] = ()
 
 
 @dataclass(frozen=True)

@@ -246,3 +246,13 @@ def test_senseless_names_are_refused(box_file, tmp_path, text):
     assert result.exit_code == 2
     assert "NAME=WHAT" in result.stderr
     assert not list(tmp_path.iterdir())
+
+
+def test_cracks_and_points(box_file, tmp_path):
+    out = tmp_path / "a.msh"
+    flags = ["--crack", "edges 0", "--name", "cut=edge 0", "--point", "g=1,1,0"]
+    result = run("mesh", box_file, "-o", out, "--size", 0.7, *flags)
+    assert result.exit_code == 0, result.output
+    assert {"cut+", "cut-", "g"} < set(meshio.read(out).field_data)
+    assert run("mesh", box_file, "-o", out, "--point", "g=1").exit_code == 2
+    assert "no planar face" in run("mesh", box_file, "-o", out, "--point", "g=9,9,9").output

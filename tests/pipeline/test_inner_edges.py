@@ -82,7 +82,7 @@ def test_an_embedded_line_and_an_embedded_arc():
 def test_the_papers_sets_leave_inner_edges_out_and_say_so():
     face = embedded(line((0.3, 0.3, 0), (1.7, 0.3, 0)))
     mesh = fubini.mesh(face, pattern="SP13")
-    assert any("1 edges inside faces are not followed" in note for note in mesh.certificate.notes)
+    assert any("1 edges and 0 points inside faces are not followed" in note for note in mesh.certificate.notes)
     assert len(set(mesh.edge_of_segment.tolist())) == 4
 
 

@@ -128,7 +128,24 @@ class _Builder:
         simple = all(e.curve.kind in ("line", "circle") for e in used)
         area = None if turned else _area(face, simple)  # the kernel adds holes that run the wrong way
         inner = self._inner(index, outline, frame, region)
-        return Face(index, region, frame, name, area, tolerance, inner)
+        return Face(index, region, frame, name, area, tolerance, inner, self._points(face, frame, region, inner))
+
+    def _points(
+        self, face: Any, frame: Frame, region: Region, inner: tuple[tuple[Curve, int], ...]
+    ) -> tuple[tuple[int, Float], ...]:
+        """Vertices that the face has inside, off its outline and off edges within it."""
+        found: dict[int, Float] = {}
+        curves = (*region.curves, *(curve for curve, _ in inner))
+        for part in occ.children(face):
+            if part.ShapeType() != occ.VERTEX:
+                continue
+            vertex, place = self.table.vertex(part)
+            flat = project(frame, place)
+            off = min(float(curve.closest(flat[None])[1][0]) for curve in curves)
+            if off > VERTEX_GAP * self.diagonal and region.contains(flat[None]).all():
+                self.vertices.setdefault(vertex, place)
+                found[vertex] = flat
+        return tuple(found.items())
 
     def _inner(self, face: int, outline: Outline, frame: Frame, region: Region) -> tuple[tuple[Curve, int], ...]:
         """Edges within the face that bound nothing, as the mesh follows them; others are told in a remark."""

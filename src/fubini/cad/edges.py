@@ -57,6 +57,10 @@ class EdgeTable:
         """Number of an edge."""
         return self.shapes.index(edge)
 
+    def vertex(self, shape: Any) -> tuple[int, Float]:
+        """Number and place (3,) of a vertex."""
+        return self._vertex_shapes.index(shape), occ.vertex_point(occ.as_vertex(shape))
+
     def degenerated(self, index: int) -> bool:
         """Whether the edge is a mere point of its surface."""
         return bool(occ.degenerated(occ.as_edge(self.shapes[index])))

@@ -37,6 +37,8 @@ if TYPE_CHECKING:
 @click.option("--sew", type=float, metavar="T", help="Join edges of different faces within this distance.")
 @click.option("--crack", "cracks", metavar="WHAT", multiple=True,
               help='Part the mesh along these edges (a name, or as "edges 3,5-7"); may be repeated.')  # fmt: skip
+@click.option("--point", "points", metavar="NAME=X,Y,Z", multiple=True,
+              help="A place inside a face that becomes a node of this name; may be repeated.")  # fmt: skip
 @click.option("--pattern", type=click.Choice(["auto", "SP13", "SP41", "ASP20", "ASP48"]),
               default="auto", show_default=True, help="Reference points laid into the cells.")  # fmt: skip
 @click.option("--min-skew", type=float, default=45.0, show_default=True, metavar="D",
@@ -74,6 +76,7 @@ def mesh(
     picture: str | None,
     quiet: bool,
     cracks: tuple[str, ...],
+    points: tuple[str, ...],
     **options: Any,
 ) -> None:
     """Mesh the planar faces of the CAD file IN.
@@ -93,7 +96,8 @@ def mesh(
         _announce_compilation()
         with Progress() as progress:
             result = fubini.mesh(
-                source, faces=faces, select=select, names=names, cracks=cracks or None, progress=progress, **options
+                source, faces=faces, select=select, names=names, cracks=cracks or None, points=_points(points),
+                progress=progress, **options,
             )
         data = _write(result, outputs, json_path, picture)
     if json_path == "-":
@@ -125,6 +129,21 @@ def _by_part(given: tuple[tuple[str, float], ...], finer: Callable[..., float]) 
     found: dict[str, float] = {}
     for what, value in given:
         found[what] = finer(value, found.get(what, value))
+    return found
+
+
+def _points(placed: tuple[str, ...]) -> dict[str, list[float]]:
+    """Names and places from ``NAME=X,Y,Z``."""
+    found: dict[str, list[float]] = {}
+    for text in placed:
+        name, _, numbers = text.partition("=")
+        try:
+            place = [float(x) for x in numbers.split(",")]
+        except ValueError:
+            place = []
+        if not name.strip() or len(place) not in (2, 3):
+            raise click.UsageError(f"--point takes NAME=X,Y,Z, not {text!r}")
+        found[name.strip()] = place
     return found
 
 

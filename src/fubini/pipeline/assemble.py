@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -22,7 +23,11 @@ SAME_POINT = 1e-13
 
 @dataclass(frozen=True)
 class Assembly:
-    """Arrays of the whole mesh; ``nodes_of_face[f]`` maps the boundary nodes of a face to mesh nodes."""
+    """Arrays of the whole mesh; ``nodes_of_face[f]`` maps the boundary nodes of a face to mesh nodes.
+
+    ``lone`` : node at each vertex inside a face. ``closed`` : where cracks have been opened, the triangles as they
+    were before.
+    """
 
     points: Float
     triangles: Int
@@ -31,6 +36,7 @@ class Assembly:
     edge_of_segment: Int
     t_of_segment: Float
     nodes_of_face: tuple[NDArray[np.int64], ...]
+    lone: Mapping[int, int] = field(default_factory=dict)
     closed: Int | None = None
 
 
@@ -53,7 +59,17 @@ def assemble(model: Model, outlines: list[Outline], edge_ids: NDArray[np.int64],
         maps.append(numbers)
         at += len(numbers)
     segments, edge_of, params = _segments(outlines, edge_ids, results, maps)
-    return Assembly(points, triangles, face_of, segments, edge_of, params, tuple(maps))
+    return Assembly(points, triangles, face_of, segments, edge_of, params, tuple(maps), _lone(model, results, maps))
+
+
+def _lone(model: Model, results: list[FaceResult], maps: list[NDArray[np.int64]]) -> dict[int, int]:
+    """Mesh node at each vertex inside a face."""
+    found: dict[int, int] = {}
+    for face, result, numbers in zip(model.faces, results, maps, strict=True):
+        if face.points:
+            alone = np.setdiff1d(np.arange(len(numbers)), result.mesh.boundary.segments)
+            found |= {v: int(numbers[i]) for (v, _), i in zip(face.points, alone, strict=True)}
+    return found
 
 
 def _boundary_nodes(
@@ -74,6 +90,10 @@ def _boundary_nodes(
         place[node] = np.where(at_end, -1 - vertex, edge)
         param[node] = np.where(at_end, 0.0, t)
         exact[node] = evaluate(outline.exact, boundary.track, t)
+        if face.points:  # nodes that no segment starts at, in their order
+            alone = np.setdiff1d(np.arange(n), node)
+            place[alone], param[alone] = [-1 - v for v, _ in face.points], 0.0
+            exact[alone] = [flat for _, flat in face.points]
         places.append(place)
         params.append(param)
         owners.append(np.full(n, f))

@@ -12,6 +12,7 @@ from fubini.errors import OptionError
 from fubini.optimise import OptimiseOptions, OptimiseOutcome, optimise, refine, refine_and_optimise
 from fubini.pipeline.options import MeshOptions, Progress
 from fubini.pipeline.pattern import PatternPoints, pattern_nodes
+from fubini.pipeline.points import clear_of, crowded, with_lone
 from fubini.pipeline.strip import FaceMesh, strip_boundary, with_core
 from fubini.quality import corner_limit
 from fubini.sampling.boundary import BoundarySizing, EdgeNodes, Outline
@@ -36,6 +37,10 @@ TIGHT = 3.0
 LEAST_CORE = 2500
 #: A size field may ask for anything inside: no core stays as it is.
 NO_CORE = 2**62
+#: Faces of most models have no points of their own inside.
+NO_POINTS: Float = np.empty((0, 2))
+#: Budget of rounds that shorten the boundary beside such points.
+POINT_ROUNDS = 20
 #: Budget of refinements towards a size field.
 FIELD_ROUNDS = 30
 
@@ -57,18 +62,22 @@ def attempt(
     number: int,
     inside: Float | None,
     sizes: Callable[[Float], Float] | None = None,
+    lone: Float = NO_POINTS,
 ) -> tuple[OptimiseOutcome, Core | None]:
     """Mesh one face with the points ``inside``, or with the lattice of this number where there are none given.
 
-    Returns the triangulation, and the core that it leaves out.
+    ``lone`` (p, 2) become nodes and stay where they are. Returns the triangulation, and the core that it leaves out.
     """
-    boundary = held(boundary, options, number, number % 2 == 0 and inside is None)
+    boundary = with_lone(held(boundary, options, number, number % 2 == 0 and inside is None), lone, size)
     asked = optimiser_options(options)
     if inside is not None:
         start = constrained_delaunay(np.concatenate([boundary.points, inside]), boundary)
         return optimise(start, outline.tracks, asked), None
     shift = SHIFTS[number % len(SHIFTS)]
-    inner, core = lattice_with_core(boundary, size, options.gradient, shift, LEAST_CORE if sizes is None else NO_CORE)
+    least = LEAST_CORE if sizes is None and not len(lone) else NO_CORE
+    inner, core = lattice_with_core(boundary, size, options.gradient, shift, least)
+    if len(lone):
+        inner = clear_of(inner, boundary, len(lone), size, options.gradient)
     if core is not None:
         boundary = strip_boundary(boundary, core, size)
     start = constrained_delaunay(np.concatenate([boundary.points, inner]), boundary)
@@ -135,7 +144,8 @@ def hold_legs(boundary: Boundary, kind: Byte, mode: Byte, angle: float) -> tuple
 class FaceMesher:
     """Meshes the faces of a model one by one and follows splits of shared edges through all of them.
 
-    ``pattern`` gives mapped points of every face in place of sized edges and lattices.
+    ``pattern`` gives mapped points of every face in place of sized edges and lattices, ``points`` those (p, 2) of
+    every face that are to be nodes.
     """
 
     def __init__(
@@ -144,6 +154,7 @@ class FaceMesher:
         sizes: list[float],
         options: MeshOptions,
         pattern: list[PatternPoints] | None = None,
+        points: Sequence[Float] = (),
     ) -> None:
         self.sizing = sizing
         self.sizes = sizes
@@ -151,6 +162,8 @@ class FaceMesher:
         self.pattern = pattern
         self.base = sizing.resolve() if pattern is None else pattern_nodes(len(sizing.ends), sizing.outlines, pattern)
         self.extra: dict[int, list[float]] = {}
+        self.points = dict(enumerate(points))
+        self._approach_points()
         self.nodes = self.base
         self.version = np.zeros(len(sizing.ends), np.int32)
         self.results: dict[int, FaceResult] = {}
@@ -176,6 +189,15 @@ class FaceMesher:
                     progress("faces", min(len(self.results), count), count)
             pending = [f for f in range(count) if self.results[f].versions != self._versions(f)]
         return [self.results[f] for f in range(count)]
+
+    def _approach_points(self) -> None:
+        """Shorten boundary segments that a point inside their face lies close to."""
+        for f, points in self.points.items():
+            for _ in range(POINT_ROUNDS if len(points) else 0):
+                close = crowded(self.sizing.boundary(f, self.base), points)
+                if not close.any() or not self.sizing.lower_near(f, points[close], self.base, 0.7):
+                    break
+                self.base = self.sizing.resolve()
 
     def _versions(self, f: int) -> bytes:
         """Versions of the nodes on the edges of a face."""
@@ -207,7 +229,8 @@ class FaceMesher:
         field = self.sizing.options.fields[f] if self.sizing.options.fields is not None else None
         for number in self._attempts():
             boundary = self.sizing.boundary(f, self.nodes)
-            found = attempt(boundary, outline, self.sizes[f], self.options, number, inside, field)
+            lone = self.points.get(f, NO_POINTS)
+            found = attempt(boundary, outline, self.sizes[f], self.options, number, inside, field, lone)
             if best is None or found[0].excess < best[0].excess:
                 best = found
             if best[0].excess == 0:

@@ -62,8 +62,8 @@ def _resolve(model: Model, value: Any) -> Selection | Predicate:
 
 
 def _nodes_of_vertices(model: Model, whole: Assembly) -> dict[int, int]:
-    """Mesh node at every CAD vertex that ends an edge."""
-    found: dict[int, int] = {}
+    """Mesh node at every CAD vertex that ends an edge or lies inside a face."""
+    found: dict[int, int] = dict(whole.lone)
     for edge, (a, b), (t0, t1) in zip(
         whole.edge_of_segment.tolist(), whole.segments.tolist(), whole.t_of_segment.tolist(), strict=True
     ):

@@ -24,6 +24,7 @@ from fubini.pipeline.names import name_mesh, resolve_names
 from fubini.pipeline.options import MeshOptions, Progress, check_count, pick_size
 from fubini.pipeline.pattern import PatternPoints, pattern_points
 from fubini.pipeline.plane import plane_model
+from fubini.pipeline.points import with_points
 from fubini.pipeline.sizes import face_sizes, size_options
 from fubini.region import Region
 from fubini.result import Certificate, Mesh
@@ -85,6 +86,7 @@ def mesh(
     imprint: bool = False,
     sew: float | None = None,
     cracks: Any = None,
+    points: Mapping[str, Any] | None = None,
     progress: Progress | None = None,
     **options: Any,
 ) -> Mesh:
@@ -108,6 +110,7 @@ def mesh(
     cracks : edges inside a face or between two, along which the mesh is parted, with nodes of its own on either lip:
         an index, a name, text such as ``"edges 3,5"``, a predicate, or a list of these. Boundaries along them become
         ``NAME+`` and ``NAME-``.
+    points : name to place (x, y, z) inside a face: it becomes a node, and a named point.
     progress : called as ``progress(stage, done, total)``.
     options : fields of ``fubini.pipeline.options.MeshOptions``: ``pattern``, ``min_skew``,
         ``max_aspect_ratio``, ``growth``, ``turn``, ``edge_size``, ``size_field``, ...
@@ -132,8 +135,11 @@ def mesh(
     clock = _Clock()
     model = select_faces(load(source, imprint=imprint, sew=sew), faces, select)
     if checked.pattern != "auto":
+        if points:
+            raise OptionError(f"pattern {checked.pattern} follows no points", fix="use pattern auto")
         model = without_inner_edges(model, checked.pattern)
-    wanted = resolve_names(model, names)
+    model, placed = with_points(model, points)
+    wanted = resolve_names(model, names) | placed
     parting = crack_edges(model, cracks, wanted)
     checked = replace(checked, edge_segments=with_segments(checked.edge_segments, parting))
     clock.lap("load")
@@ -143,7 +149,8 @@ def mesh(
     sizing = BoundarySizing(outlines, ends, size_options(model, outlines, edge_ids, length, checked, wanted))
     with in_model_terms(model, edge_ids):
         pattern = lay_pattern(model, outlines, checked.pattern)
-        mesher = FaceMesher(sizing, face_sizes(model, length, checked, wanted), checked, pattern)
+        inside = [np.array([p for _, p in face.points]).reshape(-1, 2) for face in model.faces]
+        mesher = FaceMesher(sizing, face_sizes(model, length, checked, wanted), checked, pattern, inside)
         clock.lap("boundary")
         results = mesher.run(progress)
     clock.lap("faces")
@@ -216,12 +223,12 @@ def select_faces(model: Model, faces: Iterable[int] | None, name: str | None) ->
 
 
 def without_inner_edges(model: Model, pattern: str) -> Model:
-    """The model with outlines alone: the paper's sets know nothing of edges inside a face."""
-    count = sum(len(face.inner) for face in model.faces)
-    if not count:
+    """The model with outlines alone: the paper's sets know nothing of edges and points inside a face."""
+    edges, points = (sum(len(part) for part in parts) for parts in zip(*((f.inner, f.points) for f in model.faces)))
+    if not edges + points:
         return model
-    note = f"pattern {pattern}: {count} edges inside faces are not followed"
-    faces = tuple(replace(face, inner=()) for face in model.faces)
+    note = f"pattern {pattern}: {edges} edges and {points} points inside faces are not followed"
+    faces = tuple(replace(face, inner=(), points=()) for face in model.faces)
     return replace(model, faces=faces, notes=(*model.notes, note))
 
 
