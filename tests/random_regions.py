@@ -6,12 +6,13 @@ Every region follows from its seed alone and is valid by ``Region.validate``.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 
 from fubini.curves import Bezier, BSpline, CircularArc, Curve, Line
 from fubini.region import Loop, Region
-from regions import TURN, circle
+from regions import TURN, chain, circle, loop
 
 
 def arc(a, b, sagitta: float) -> Curve:
@@ -190,3 +191,48 @@ def assembled(loops: list[Loop]) -> list[Region]:
         inside = Region.from_loops([o])
         regions.append(Region.from_loops([o, *(i for i in inner if inside.contains(i.curves[0].start[None])[0])]))
     return regions
+
+
+def touching_regions() -> Iterator[tuple[str, Region]]:
+    """Round holes that all but touch the outline, a corner or each other, and what is left between touching circles."""
+    square = [(0, 0), (1, 0), (1, 1), (0, 1)]
+    diagonal = math.sqrt(2.0)
+    for gap in (1e-3, 1e-4, 1e-5):
+        d = gap * diagonal
+        yield f"hole {gap:g} from a side", Region.from_loops([loop(square), circle(0.5, 0.3 + d, 0.3)])
+        yield f"hole {gap:g} from two sides", Region.from_loops([loop(square), circle(0.3 + d, 0.3 + d, 0.3)])
+        pair = [circle(0.3, 0.5, 0.2), circle(0.7 + d, 0.5, 0.2)]
+        yield f"holes {gap:g} apart", Region.from_loops([loop(square), *pair])
+        yield f"ring with a hole {gap:g} off", Region.from_loops([circle(0, 0, 1), circle(0.4 - 2 * d, 0, 0.6)])
+    for inner in (0.3, 0.6, 0.9):
+        yield f"crescent {inner:g}", crescent(inner)
+    for radius in (0.6, 1.0, 5.0):
+        yield f"lune {radius:g}", lune(radius)
+    third = math.pi / 3.0
+    spots = [(0.0, 0.0), (2.0, 0.0), (1.0, math.sqrt(3.0))]
+    arcs = [CircularArc(c, 1.0, s, s - third) for c, s in zip(spots, (third, math.pi, 5 * third), strict=True)]
+    yield "between three circles", chain(arcs[0], arcs[1], arcs[2])
+
+
+def crescent(inner: float) -> Region:
+    """Half the region between a circle of radius 1 and one inside that touches it: one end is a cusp."""
+    return chain(
+        CircularArc((0, 0), 1.0, 0.0, math.pi),
+        Line((-1, 0), (1 - 2 * inner, 0)),
+        CircularArc((1 - inner, 0), inner, math.pi, 0.0),
+    )
+
+
+def lune(radius: float) -> Region:
+    """Between a half circle of radius 1 and an arc of another radius through its ends, bulging the same way."""
+    if radius < 1.0:
+        # two splines that leave either end in one direction: a cusp at both
+        low = Bezier(np.array([(1.0, 0.0), (1.0, radius), (-1.0, radius), (-1.0, 0.0)]))
+        high = Bezier(np.array([(1.0, 0.0), (1.0, 2.0 * radius), (-1.0, 2.0 * radius), (-1.0, 0.0)]))
+        return chain(high, low.reverse())
+    if radius == 1.0:
+        low = Bezier(np.array([(1.0, 0.0), (1.0, 0.3), (-1.0, 0.3), (-1.0, 0.0)]))
+        return chain(CircularArc((0, 0), 1.0, 0.0, math.pi), low.reverse())
+    half = math.asin(1.0 / radius)
+    low = CircularArc((0.0, -math.cos(half) * radius), radius, math.pi / 2 + half, math.pi / 2 - half)
+    return chain(CircularArc((0, 0), 1.0, 0.0, math.pi), low)

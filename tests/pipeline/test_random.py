@@ -35,6 +35,11 @@ def test_more_random_polygons_are_certified(seed):
     certified(region, region.diagonal / (10, 30, 60)[seed % 3])
 
 
+@pytest.mark.parametrize("region", [pytest.param(r, id=name) for name, r in random_regions.touching_regions()])
+def test_what_all_but_touches_is_certified(region):
+    certified(region, region.diagonal / 20.0)
+
+
 @pytest.mark.parametrize("seed", range(6))
 @pytest.mark.parametrize("bound", [50.0, 55.0])
 def test_higher_bounds_are_certified_on_random_polygons(seed, bound):

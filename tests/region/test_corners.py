@@ -61,6 +61,15 @@ def test_tangential_cusps_are_told_apart():
     assert not cusp_of_material().validate() and not cusp_of_air().validate()
 
 
+@pytest.mark.parametrize("degrees", [0.005, 0.02])
+def test_cusps_whose_ends_cross_within_the_accuracy_of_cad_data(degrees):
+    """The circle dips below the axis it leaves, by less than 1e-7, and rises over it."""
+    turned = CircularArc((math.sin(a := math.radians(degrees)), math.cos(a)), 1, 0.0, -math.pi / 2 - a)
+    region = chain(Line((0, 0), (2, 0)), Line((2, 0), turned.start), turned)
+    assert not region.validate()
+    assert region.corners()[0].angle == 0.0
+
+
 @pytest.mark.parametrize("turn", np.linspace(0, 6, 25))
 @pytest.mark.parametrize("radius", [2.0, 1.0001, -3.0])
 def test_cusps_between_arcs_in_every_direction(turn, radius):

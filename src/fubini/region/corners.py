@@ -16,7 +16,11 @@ Float = NDArray[np.float64]
 _NO_DIRECTION = 1e-7
 
 #: Within this many degrees of a cusp the side of the material is read off the curves themselves.
-_CUSP = 0.1
+_CUSP = 0.3
+
+#: Curves that leave a joint in one direction are told apart where they are further apart than this times their
+#: length: short of that, ends that run into a cusp may cross within the accuracy of CAD data.
+_APART = 1e-6
 
 
 @dataclass(frozen=True)
@@ -85,7 +89,7 @@ def material_in_cusp(before: Curve, after: Curve, direction: Float) -> bool:
     for part in (1e-3, 1e-2, 1e-1, 0.5, 1.0):
         a = _offset(leaving, vertex, direction, normal, part * size)
         b = _offset(arriving, vertex, direction, normal, part * size)
-        if abs(b - a) > 1e-10 * size:
+        if abs(b - a) > _APART * size:
             return b > a
     return True
 

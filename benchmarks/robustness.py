@@ -1,0 +1,227 @@
+"""Campaigns of invented faces, none of them chosen: does every one come out certified?
+
+    export PYTHONPATH=src:tests
+    python benchmarks/robustness.py --polygons 1000 --regions 500 --wedges --letters --touching
+    python benchmarks/robustness.py --regions 50 --first 7000 --worst worst.png     # other seeds, ten worst drawn
+
+Families: random simple polygons of 10 to 60 corners, a third with a hole; random outlines of lines, arcs and B-splines
+with tiny edges, slots, cusps, fillets and nearly touching holes (``tests/random_regions.py``); wedges of every whole
+degree from 1 to 120 at three sizes; letters and digits of three fonts; holes that all but touch, lunes and crescents.
+Prints one line for each family: cases, certified, flawed triangles beyond the unavoidable, faces whose budget ran out,
+unavoidable corners, those with no flawed triangle (coarse chords may open wider than the tangents), those with more
+than one, those whose triangle is over 5 % worse than the best for the angle, CPU seconds of the slowest case and of
+all. Cases that fall short are named, and exit status is 1.
+"""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import string
+import sys
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+import fubini
+import random_regions
+import regions
+from fubini.errors import FubiniError
+from fubini.quality import flawed, skewness
+from fubini.region import Region
+
+FONTS = ("DejaVu Serif", "STIXGeneral", "cmr10")
+
+
+@dataclass(frozen=True)
+class Case:
+    """One face at one size."""
+
+    family: str
+    name: str
+    region: Region
+    size: float
+
+
+@dataclass
+class Outcome:
+    """What came of a case; ``corners`` (angle, flawed triangles there, best skewness over the best possible)."""
+
+    case: Case
+    certified: bool = False
+    excess: int = 0
+    exhausted: bool = False
+    seconds: float = 0.0
+    triangles: int = 0
+    worst_skew: float = 0.0
+    corners: list[tuple[float, int, float]] = field(default_factory=list)
+    reasons: str = ""
+
+    def corners_with(self, low: int, high: int) -> int:
+        """Unavoidable corners that have from ``low`` to ``high`` flawed triangles."""
+        return sum(low <= count <= high for _, count, _ in self.corners)
+
+    @property
+    def misses(self) -> int:
+        """Unavoidable corners whose flawed triangle is more than 5 % worse than the best for the angle."""
+        return sum(share < 0.95 for _, _, share in self.corners)
+
+
+# ---- the families --------------------------------------------------------------------------------
+
+
+def polygons(count: int, first: int) -> Iterator[Case]:
+    for seed in range(first, first + count):
+        region = regions.random_polygon(seed)
+        yield Case("polygons", f"polygon {seed}", region, region.diagonal / (10, 30, 60)[seed % 3])
+
+
+def outlines(count: int, first: int) -> Iterator[Case]:
+    for seed in range(first, first + count):
+        region = random_regions.random_region(seed)
+        yield Case("regions", f"region {seed}", region, region.diagonal / (10, 25, 50, 15)[seed % 4])
+
+
+def wedges() -> Iterator[Case]:
+    for degrees in range(1, 121):
+        for size in (0.3, 0.1, 0.03):
+            yield Case("wedges", f"wedge {degrees}", regions.wedge(degrees), size)
+
+
+def letters() -> Iterator[Case]:
+    for font in FONTS:
+        for character in string.ascii_letters + string.digits:
+            for k, region in enumerate(random_regions.glyph(character, font)):
+                yield Case("letters", f"{font} {character} {k}", region, region.diagonal / 25)
+
+
+def touching() -> Iterator[Case]:
+    for name, region in random_regions.touching_regions():
+        for share in (8, 20, 60):
+            yield Case("touching", name, region, region.diagonal / share)
+
+
+# ---- one case ------------------------------------------------------------------------------------
+
+
+def run(case: Case) -> Outcome:
+    """Mesh a case and measure what the certificate does not say."""
+    out = Outcome(case)
+    start = time.process_time()
+    try:
+        mesh = fubini.mesh(regions.model_of(case.region), case.size)
+    except FubiniError as error:
+        out.reasons, out.seconds = f"{type(error).__name__}: {error}", time.process_time() - start
+        return out
+    out.seconds = time.process_time() - start
+    face = mesh.certificate.faces[0]
+    out.certified, out.excess, out.exhausted = mesh.certificate.certified, face.excess, face.budget_exhausted
+    out.triangles, out.worst_skew, out.reasons = face.triangles, face.avoidable_skew, "; ".join(face.reasons)
+    p = mesh.points[mesh.triangles][:, :, :2]
+    bad = np.flatnonzero(flawed(p))
+    for corner in face.corners:
+        node = np.linalg.norm(mesh.points - corner.point, axis=1).argmin()
+        here = bad[(mesh.triangles[bad] == node).any(axis=1)]
+        best = max(skewness(p[here]), default=90.0)
+        out.corners.append((corner.angle, len(here), best / best_skew(corner.angle)))
+    return out
+
+
+def best_skew(angle: float) -> float:
+    """Skewness in degrees of the isosceles triangle with this apex, a cusp taken for a very small one."""
+    a = np.radians(max(angle, 1e-6))
+    return float(np.degrees(np.arctan2(2.0, 1.0 / np.tan(a) - np.tan(a / 2.0))))
+
+
+# ---- the table -----------------------------------------------------------------------------------
+
+
+def table(outcomes: list[Outcome]) -> str:
+    """One line for each family, as Markdown."""
+    lines = [
+        "| family | cases | certified | excess flawed | budgets spent | unavoidable corners | none flawed "
+        "| more than one | over 5 % off | slowest, s | all, s |",
+        "|" + "---|" * 11,
+    ]
+    for family in dict.fromkeys(o.case.family for o in outcomes):
+        of = [o for o in outcomes if o.case.family == family]
+        slowest = max(of, key=lambda o: o.seconds)
+        figures = [
+            family, len(of), sum(o.certified for o in of), sum(o.excess for o in of), sum(o.exhausted for o in of),
+            sum(len(o.corners) for o in of), sum(o.corners_with(0, 0) for o in of),
+            sum(o.corners_with(2, 99) for o in of), sum(o.misses for o in of),
+            f"{slowest.seconds:.2f} ({slowest.case.name})", f"{sum(o.seconds for o in of):.0f}",
+        ]  # fmt: skip
+        lines.append("| " + " | ".join(map(str, figures)) + " |")
+    return "\n".join(lines)
+
+
+def draw(outcomes: list[Outcome], path: Path) -> None:
+    """The ten worst faces on one sheet: those that fall short, then those of least skewness; flawed red."""
+    from matplotlib.collections import PolyCollection
+    from matplotlib.figure import Figure
+
+    meshed = [o for o in outcomes if o.triangles]
+    worst = sorted(meshed, key=lambda o: (o.certified, -o.excess, o.worst_skew))[:10]
+    figure = Figure((25, 11), dpi=100)
+    for k, outcome in enumerate(worst):
+        axes = figure.add_subplot(2, 5, k + 1)
+        mesh = fubini.mesh(regions.model_of(outcome.case.region), outcome.case.size)
+        p = mesh.points[mesh.triangles][:, :, :2]
+        bad = flawed(p)
+        colours = np.where(bad[:, None], [0.9, 0.1, 0.1], [0.87, 0.92, 0.97])
+        axes.add_collection(PolyCollection(p, facecolors=colours, edgecolors="0.3", linewidths=0.3))
+        axes.plot(*p[bad].mean(axis=1).T, "o", mfc="none", mec="red", ms=12)
+        axes.autoscale()
+        axes.set_aspect("equal")
+        axes.set_axis_off()
+        axes.set_title(f"{outcome.case.name}\nexcess {outcome.excess}, else >= {outcome.worst_skew:.1f} deg", size=9)
+    figure.tight_layout()
+    figure.savefig(path)
+
+
+def warm() -> None:
+    """Compile what the first cases would otherwise pay for."""
+    for seed in range(3):
+        run(Case("", "", random_regions.random_region(seed), 0.1))
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("--polygons", type=int, default=0, metavar="N", help="so many random polygons")
+    parser.add_argument("--regions", type=int, default=0, metavar="N", help="so many random outlines of curves")
+    parser.add_argument("--wedges", action="store_true", help="1 to 120 degrees, three sizes")
+    parser.add_argument("--letters", action="store_true", help="letters and digits of three fonts")
+    parser.add_argument("--touching", action="store_true", help="holes that all but touch, lunes and crescents")
+    parser.add_argument("--first", type=int, default=0, help="first seed")
+    parser.add_argument("--scale", type=float, default=1.0, help="scale of all coordinates")
+    parser.add_argument("--offset", type=float, default=0.0, help="distance from the origin over the size")
+    parser.add_argument("--worst", type=Path, help="draw the ten worst faces to this PNG")
+    args = parser.parse_args()
+
+    cases = [*polygons(args.polygons, args.first), *outlines(args.regions, args.first)]
+    for wanted, family in ((args.wedges, wedges), (args.letters, letters), (args.touching, touching)):
+        cases += family() if wanted else ()
+    warm()
+    outcomes = []
+    for case in cases:
+        if args.scale != 1.0 or args.offset:
+            at = np.array([1.0, -0.7]) * args.offset * args.scale
+            moved = case.region.transform(np.eye(2) * args.scale, tuple(at))
+            case = dataclasses.replace(case, region=moved, size=case.size * args.scale)
+        out = run(case)
+        outcomes.append(out)
+        if not out.certified or out.exhausted or out.corners_with(2, 99) or out.misses:
+            odd = [f"{a:.3g} deg: {n} flawed, {s:.2f} of the best" for a, n, s in out.corners if n > 1 or s < 0.95]
+            print(f"{case.name}, size {case.size:.4g}, {out.seconds:.2f} s: {out.reasons} {'; '.join(odd)}", flush=True)
+    print("\n" + table(outcomes))
+    if args.worst:
+        draw(outcomes, args.worst)
+    return 0 if outcomes and all(o.certified and not o.exhausted for o in outcomes) else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
