@@ -239,3 +239,62 @@ def meet(triangles, keys, first, high, found):
                     found[count, 0], found[count, 1], found[count, 2] = keys[start], t, i
                 count += 1
     return count
+
+
+@inner
+def root_of(parent, v):
+    """The least node that v is known to be connected with, halving the way there."""
+    while parent[v] != v:
+        parent[v] = parent[parent[v]]
+        v = np.int64(parent[v])
+    return v
+
+
+@kernel
+def number_chains(ends, scratch, chain):
+    """Number the connected chains of edges, by their least node: ``chain`` (k,) of each edge; how many there are.
+
+    ends (2, k) : nodes at both ends, all from 0 to n - 1 in use. scratch : (2, n).
+    """
+    parent, number = scratch[0], scratch[1]
+    for v in range(parent.shape[0]):
+        parent[v] = v
+    for e in range(ends.shape[1]):
+        a, b = root_of(parent, np.int64(ends[0, e])), root_of(parent, np.int64(ends[1, e]))
+        parent[max(a, b)] = min(a, b)
+    count = 0
+    for v in range(parent.shape[0]):
+        if parent[v] == v:
+            number[v] = count
+            count += 1
+        else:
+            number[v] = number[parent[v]]
+    for e in range(ends.shape[1]):
+        chain[e] = number[ends[0, e]]
+    return count
+
+
+@kernel
+def compare_with_curves(points, segments, on_curve, node, chord, length):
+    """Write distances of the ends of segments from the curve, ``node`` (k, 2), and of the curve from the ``chord`` (k,).
+
+    on_curve (k, 2 + s, 3) : points of the curve at the ends of each segment, then between them.
+    """
+    for k in range(segments.shape[0]):
+        a, b = segments[k, 0], segments[k, 1]
+        x, y, z = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1], points[b, 2] - points[a, 2]
+        square = x * x + y * y + z * z
+        length[k], chord[k] = math.sqrt(square), 0.0
+        for i in range(on_curve.shape[1]):
+            v = b if i == 1 else a
+            p, q = on_curve[k, i, 0] - points[v, 0], on_curve[k, i, 1] - points[v, 1]
+            r = on_curve[k, i, 2] - points[v, 2]
+            share = 0.0
+            if i > 1 and square > 0.0:
+                share = min(1.0, max(0.0, (p * x + q * y + r * z) / square))
+            p, q, r = p - share * x, q - share * y, r - share * z
+            off = math.sqrt(p * p + q * q + r * r)
+            if i < 2:
+                node[k, i] = off
+            else:
+                chord[k] = max(chord[k], off)

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from fubini.measure import Measures, measure, triangle_figures
+from fubini.measure import BoundaryFigures, Measures, compare_with_curves, measure, triangle_figures
 from fubini.quality import corner_limit
 from fubini.result import Certificate, Corner, FaceCertificate
 from fubini.tolerance import AREA, FLAT, MAX_ASPECT_RATIO, MIN_SKEW, ON_CURVE
@@ -208,32 +208,16 @@ def _find_flaws(
     return _Flaws(int(free.sum()), corners, worst, at, 90.0 if all_excused else skew)
 
 
-@dataclass(frozen=True)
-class _Boundary:
-    """Per segment: distance of its two ends from the curve (k, 2), of the chord (k,), its length (k,)."""
-
-    node: Float
-    chord: Float
-    length: Float
-
-
-def _boundary_figures(face: Face, points: Float, outline: Outline, evaluate: Evaluate) -> _Boundary:
+def _boundary_figures(face: Face, points: Float, outline: Outline, evaluate: Evaluate) -> BoundaryFigures:
     """Compare the nodes with the curve at their own parameters, and chords with the curve between."""
-    ends = points[outline.segments]
     k, inner = len(outline.segments), len(CHORD_SAMPLES)
     t0, t1 = outline.t[:, :1], outline.t[:, 1:]
     params = np.hstack([outline.t, t0 + (t1 - t0) * CHORD_SAMPLES])
     curves = np.repeat(np.maximum(outline.curve, 0), inner + 2).astype(np.int32)
     on_curve = face.frame.to_space(evaluate(curves, params.ravel())).reshape(k, inner + 2, 3)
-    node = np.linalg.norm(on_curve[:, :2] - ends, axis=2)
-    along = ends[:, 1] - ends[:, 0]
-    square = np.einsum("ij,ij->i", along, along)
-    offset = on_curve[:, 2:] - ends[:, :1]
-    share = np.einsum("kij,kj->ki", offset, along) / np.maximum(square, 1e-300)[:, None]
-    foot = np.clip(share, 0.0, 1.0)[..., None] * along[:, None]
-    chord = np.linalg.norm(offset - foot, axis=2).max(1, initial=0.0)
-    node[outline.curve < 0], chord[outline.curve < 0] = 0.0, 0.0
-    return _Boundary(node, chord, np.sqrt(square))
+    found = compare_with_curves(points, outline.segments, on_curve)
+    found.node[outline.curve < 0], found.chord[outline.curve < 0] = 0.0, 0.0
+    return found
 
 
 def _flaw_reasons(flaws: _Flaws, points: Float, triangles: Int) -> list[str]:
@@ -246,7 +230,7 @@ def _flaw_reasons(flaws: _Flaws, points: Float, triangles: Int) -> list[str]:
     return [f"{flaws.excess} flawed {what}{beyond}, worst at {_text(flaws.worst_at)}: {figures}"]
 
 
-def _boundary_reasons(boundary: _Boundary, points: Float, outline: Outline, diagonal: float) -> list[str]:
+def _boundary_reasons(boundary: BoundaryFigures, points: Float, outline: Outline, diagonal: float) -> list[str]:
     if not boundary.node.size or boundary.node.max() <= ON_CURVE * diagonal + outline.slack:
         return []
     segment, end = np.unravel_index(boundary.node.argmax(), boundary.node.shape)
@@ -264,7 +248,7 @@ def _cover_reasons(outline: Outline) -> list[str]:
     return [f"edge {outline.edges.get(k, k)} is covered {covered[k]:.6g} times, not once" for k in bad]
 
 
-def _area_reasons(area: float, mesh_area: float, boundary: _Boundary, outline: Outline) -> list[str]:
+def _area_reasons(area: float, mesh_area: float, boundary: BoundaryFigures, outline: Outline) -> list[str]:
     """The mesh may miss or add what lies between chords and curves, within 1.5 times chord error x length."""
     reach = 1.5 * boundary.chord + 2.0 * boundary.node.max(axis=1, initial=0.0) + outline.slack
     allowed = float((reach * boundary.length).sum()) + 1e3 * AREA * area

@@ -165,6 +165,30 @@ def measure(
     )
 
 
+@dataclass(frozen=True)
+class BoundaryFigures:
+    """Distance of the two ends of segments from the curve (k, 2), of the curve from the chord (k,), lengths (k,)."""
+
+    node: Float
+    chord: Float
+    length: Float
+
+
+def compare_with_curves(points: Float, segments: Int, on_curve: Float) -> BoundaryFigures:
+    """Compare segments (k, 2) with the curves that they stand for.
+
+    on_curve : (k, 2 + s, 3) points of the curve at the ends of each segment, then between them.
+    """
+    ends, k = _indices(segments, 2), len(segments)
+    if k and int(ends.max()) >= len(points):
+        raise OptionError("a segment names a point that does not exist")
+    found = BoundaryFigures(np.empty((k, 2)), np.empty(k), np.empty(k))
+    kernels.compare_with_curves(
+        readonly(points, np.float64), ends, readonly(on_curve, np.float64), found.node, found.chord, found.length
+    )
+    return found
+
+
 def closes_up(triangles: Int, segments: Int, points: int) -> bool:
     """Whether every directed edge of the triangles occurs once, and its reverse too but on the given segments.
 

@@ -37,8 +37,11 @@ class Frame:
 
     def to_space(self, points: ArrayLike) -> Float:
         """Space points (n, 3) of plane coordinates (n, 2)."""
-        p = np.atleast_2d(np.asarray(points, float))
-        return self.origin + p[:, :1] * self.x_axis + p[:, 1:] * self.y_axis
+        x, y = np.ascontiguousarray(np.atleast_2d(np.asarray(points, float)).T)
+        out = np.empty((len(x), 3))
+        for k in range(3):  # rows of three are too short for numpy
+            out[:, k] = self.origin[k] + x * self.x_axis[k] + y * self.y_axis[k]
+        return out
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fubini._jit import readonly
-from fubini._kernels_shipped import meet
+from fubini._kernels_shipped import meet, number_chains
 from fubini.errors import OptionError
 
 Float = NDArray[np.float64]
@@ -275,24 +275,24 @@ def _loops(parts: Parts, segment: Int, triangle: Int, side: Int) -> dict[str, In
     """
     if not len(segment):
         return {}
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
     corners = parts.triangles[triangle]
     rows = np.arange(len(segment))
     a, b = corners[rows, side], corners[rows, (side + 1) % 3]
-    nodes, ends = np.unique(np.concatenate([a, b]), return_inverse=True)
-    tail, head = ends.reshape(2, -1)
-    graph = coo_array((np.ones(len(a), np.int8), (tail, head)), shape=(len(nodes), len(nodes)))
-    loop = connected_components(graph, directed=False)[1][tail]
+    ends = np.unique(np.concatenate([a, b]), return_inverse=True)[1].reshape(2, -1).astype(np.uint32)
+    loop = np.empty(len(a), np.int32)
+    count = number_chains(ends, np.empty((2, int(ends.max()) + 1), np.uint32), loop)
     p, q, r = (parts.points[corners[:, k]] for k in range(3))
     normal = np.cross(q - p, r - p)
-    origin = parts.points[a[np.unique(loop, return_index=True)[1]]][loop]
+    first = np.empty(count, np.intp)
+    first[loop[::-1]] = rows[::-1]
+    origin = parts.points[a[first]][loop]
     swept = np.cross(parts.points[a] - origin, parts.points[b] - origin)
     areas, normals = (np.stack([np.bincount(loop, v[:, k]) for k in range(3)], axis=1) for v in (swept, normal))
     is_hole = np.einsum("ij,ij->i", areas, normals) < 0.0
     result = {"outer": np.sort(segment[~is_hole[loop]]).astype(np.int32)}
-    holes = [segment[loop == k] for k in np.flatnonzero(is_hole)]
+    order = np.argsort(loop, kind="stable")
+    chains = np.split(segment[order], np.cumsum(np.bincount(loop))[:-1])
+    holes = [chains[k] for k in np.flatnonzero(is_hole)]
     holes.sort(key=lambda s: int(parts.edge_of_segment[s].min()))
     return result | {f"hole_{k}": np.sort(s).astype(np.int32) for k, s in enumerate(holes, start=1)}
 

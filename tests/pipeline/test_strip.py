@@ -67,7 +67,7 @@ def test_core_is_a_plain_lattice_with_a_closed_rim():
     every = np.concatenate([points, outside])
     assert sorted(every.tolist()) == sorted(lattice_points(boundary, size).tolist())
     distance = np.min(np.linalg.norm(core.on_rim[:, None] - boundary.points[None], axis=2), axis=1)
-    assert distance.min() > 2.2 * size
+    assert distance.min() > 1.2 * size
 
 
 def test_the_core_is_written_into_space():

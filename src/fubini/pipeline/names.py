@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
+
 from fubini.errors import OptionError
 from fubini.model import Model
 from fubini.naming import Names, Parts, Predicate, Selection, name_parts, parse_selection
@@ -64,11 +66,8 @@ def _resolve(model: Model, value: Any) -> Selection | Predicate:
 def _nodes_of_vertices(model: Model, whole: Assembly) -> dict[int, int]:
     """Mesh node at every CAD vertex that ends an edge or lies inside a face."""
     found: dict[int, int] = dict(whole.lone)
-    for edge, (a, b), (t0, t1) in zip(
-        whole.edge_of_segment.tolist(), whole.segments.tolist(), whole.t_of_segment.tolist(), strict=True
-    ):
-        if t0 == 0.0:
-            found[model.edges[edge].start] = a
-        if t1 == 1.0:
-            found[model.edges[edge].end] = b
+    for end, t in enumerate((0.0, 1.0)):
+        rows = np.flatnonzero(whole.t_of_segment[:, end] == t)
+        for edge, node in zip(whole.edge_of_segment[rows].tolist(), whole.segments[rows, end].tolist(), strict=True):
+            found[model.edges[edge].end if end else model.edges[edge].start] = node
     return found

@@ -75,7 +75,7 @@ def lattice_with_core(
 ) -> tuple[Float, Core | None]:
     """Lattice nodes outside the core, and the core; all nodes and None where it has fewer than ``least`` triangles.
 
-    Two rings of lattice nodes or more lie between the core and the boundary. Every triangle of a lattice without
+    A ring of lattice nodes or more lies between the core and the boundary. Every triangle of a lattice without
     gaps is Delaunay: its circle reaches 0.58 sizes, less than the nodes keep from the boundary.
     """
     inside, place = _lattice(boundary, size, gradient, shift)
@@ -87,7 +87,7 @@ def lattice_with_core(
 
 def _core(inside: Table, place: Float, least: int) -> Core | None:
     """The core of a lattice; None where it has fewer than ``least`` triangles."""
-    deep = _eroded(_eroded(inside))
+    deep = _eroded(inside)
     inner = _eroded(deep)
     near = _around(deep)
     in_triangle = np.zeros_like(deep)
