@@ -276,7 +276,7 @@ def number_chains(ends, scratch, chain):
 
 @kernel
 def compare_with_curves(points, segments, on_curve, node, chord, length):
-    """Write distances of the ends of segments from the curve, ``node`` (k, 2), and of the curve from the ``chord`` (k,).
+    """Write how far the ends of segments are off the curve, ``node`` (k, 2), and the curve off them, ``chord`` (k,).
 
     on_curve (k, 2 + s, 3) : points of the curve at the ends of each segment, then between them.
     """
