@@ -35,3 +35,26 @@ def two_materials(frame: Frame = FLAT) -> Model:
     edges = {i: Edge(i, "circle" if i == 7 else "line", a, b) for i, (a, b) in enumerate(ENDS)}
     vertices = dict(enumerate(frame.to_space(np.array(PLACES, float))))
     return Model("plate", (Face(0, left, frame), Face(1, right, frame)), edges, vertices, diagonal=5**0.5)
+
+
+CORNERS = [(-1, 0), (-1, -1), (1, -1), (1, 1), (-1, 1)]
+
+
+def square(*inner, names=()):
+    """The square [-1, 1]^2 with a vertex at (-1, 0), and lines inside it; ends in one place are one vertex."""
+    places = [tuple(map(float, p)) for p in CORNERS]
+    curves = [Line(a, b) for a, b in zip(places, [*places[1:], places[0]], strict=True)]
+    edges = {i: Edge(i, "line", i, (i + 1) % 5) for i in range(5)}
+    inside = []
+    for a, b in inner:
+        for p in (a, b):
+            if tuple(map(float, p)) not in places:
+                places.append(tuple(map(float, p)))
+        number = len(edges)
+        ends = [places.index(tuple(map(float, p))) for p in (a, b)]
+        edges[number] = Edge(number, "line", *ends, name=dict(names).get(number))
+        inside.append((Line(a, b), number))
+    region = Region(Loop(tuple(curves), tuple(range(5)), (True,) * 5))
+    vertices = {i: np.array([*p, 0.0]) for i, p in enumerate(places)}
+    face = Face(0, region, FLAT, inner=tuple(inside))
+    return Model("cracked", (face,), edges, vertices, diagonal=8**0.5)

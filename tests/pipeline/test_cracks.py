@@ -7,39 +7,14 @@ import numpy as np
 import pytest
 
 import fubini
-from fubini.curves import Line
 from fubini.errors import OptionError
 from fubini.measure import closes_up
 from fubini.model import Edge, Face, Frame, Model
 from fubini.region import Loop, Region
-from materials import two_materials
+from materials import FLAT, square, two_materials
 from meshes import area, edge_uses
 
 ORDERS = pytest.mark.parametrize("order", [1, 2])
-FLAT = Frame(np.zeros(3), np.array([1.0, 0, 0]), np.array([0, 1.0, 0]))
-CORNERS = [(-1, 0), (-1, -1), (1, -1), (1, 1), (-1, 1)]
-
-
-def square(*inner, names=()):
-    """The square [-1, 1]^2 with a vertex at (-1, 0), and lines inside it; ends in one place are one vertex."""
-    places = [tuple(map(float, p)) for p in CORNERS]
-    curves = [Line(a, b) for a, b in zip(places, [*places[1:], places[0]], strict=True)]
-    edges = {i: Edge(i, "line", i, (i + 1) % 5) for i in range(5)}
-    inside = []
-    for a, b in inner:
-        for p in (a, b):
-            if tuple(map(float, p)) not in places:
-                places.append(tuple(map(float, p)))
-        number = len(edges)
-        ends = [places.index(tuple(map(float, p))) for p in (a, b)]
-        edges[number] = Edge(number, "line", *ends, name=dict(names).get(number))
-        inside.append((Line(a, b), number))
-    region = Region(Loop(tuple(curves), tuple(range(5)), (True,) * 5))
-    vertices = {i: np.array([*p, 0.0]) for i, p in enumerate(places)}
-    face = Face(0, region, FLAT, inner=tuple(inside))
-    return Model("cracked", (face,), edges, vertices, diagonal=8**0.5)
-
-
 def doubled(mesh):
     """Places that more than one node has."""
     places, count = np.unique(mesh.points, axis=0, return_counts=True)

@@ -30,7 +30,6 @@ from fubini.region import Region
 from fubini.result import Certificate, Mesh
 from fubini.sampling.boundary import BoundarySizing, Outline
 from fubini.tracks import evaluate
-from fubini.triangulation.value import CORNER
 
 
 def load(source: Any, **reading: Any) -> Model:
@@ -271,14 +270,15 @@ def _certify(
     for face, outline, result, numbers in zip(model.faces, outlines, results, whole.nodes_of_face, strict=True):
         outcome, boundary = result.outcome, result.mesh.boundary
         n = result.mesh.triangle_count
-        corners = np.flatnonzero(boundary.kind == CORNER)
         ids = edge_ids[outline.edges]
+        segments = lips(whole, slice(at, at + n), numbers[boundary.segments].astype(np.int32))
+        first = np.flatnonzero(boundary.t[:, 0] == np.where(outline.forward, 0.0, 1.0)[boundary.track])
         judged = certificate.Outline(
-            segments=lips(whole, slice(at, at + n), numbers[boundary.segments].astype(np.int32)),
+            segments=segments,
             curve=boundary.track,
             t=boundary.t,
-            corners=numbers[corners].astype(np.int32),
-            angles=boundary.angle[corners],
+            corners=segments[first, 0],
+            angles=outline.angles[boundary.track[first]],
             edges=dict(enumerate(ids.tolist())),
             slack=max(model.edges[int(e)].tolerance for e in ids),
         )

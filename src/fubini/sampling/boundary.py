@@ -247,11 +247,13 @@ def welded(boundary: Boundary, inner: int) -> Boundary:
     number = np.where(touched, number, np.arange(len(number)))
     size = boundary.size.copy()
     np.minimum.at(size, number, boundary.size)
+    angle = boundary.angle.copy()
+    np.minimum.at(angle, number, boundary.angle)
     kind = np.where(touched & (boundary.kind != CORNER), FROZEN, boundary.kind).astype(np.uint8)
     renumber = np.full(len(number), -1, np.int32)
     renumber[kept] = np.arange(len(kept), dtype=np.int32)
     return Boundary(
-        boundary.points[kept], kind[kept], size[kept], boundary.angle[kept], renumber[number[boundary.segments]],
+        boundary.points[kept], kind[kept], size[kept], angle[kept], renumber[number[boundary.segments]],
         boundary.track, boundary.t, np.where(inside, LOCKED, boundary.mode).astype(np.uint8),
     )  # fmt: skip
 

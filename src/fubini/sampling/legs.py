@@ -166,10 +166,11 @@ class Legs:
     def shorten(self, outline: Outline, boundary: Boundary, want: Float) -> set[int]:
         """The triangle of a sharp corner must not be larger than the gap beside it."""
         changed: set[int] = set()
-        ends = boundary.segments
-        for v in np.flatnonzero(boundary.angle < SHARP):
-            leave = int(np.flatnonzero(ends[:, 0] == v)[0])
-            reach = int(np.flatnonzero(ends[:, 1] == v)[0])
+        ends, first = boundary.segments, np.where(outline.forward, 0.0, 1.0)[boundary.track]
+        arriving = {int(boundary.track[k]): k for k in np.flatnonzero(boundary.t[:, 1] == 1.0 - first).tolist()}
+        sharp = outline.angles[boundary.track] < SHARP
+        for leave in np.flatnonzero(sharp & (boundary.t[:, 0] == first)).tolist():
+            reach = arriving[int(outline.before[boundary.track[leave]])]
             p, q = ends[leave, 1], ends[reach, 0]
             base = float(np.linalg.norm(boundary.points[p] - boundary.points[q]))
             ratio = min(want[p], want[q]) / base if base > 0.0 else 1.0
