@@ -37,6 +37,9 @@ class Line(Curve):
     def _second_derivative(self, t: Float) -> Float:
         return np.zeros((*t.shape, 2))
 
+    def bounding_box(self) -> tuple[Float, Float]:
+        return np.minimum(self.start, self.end), np.maximum(self.start, self.end)
+
     def length(self, t0: float = 0.0, t1: float = 1.0) -> float:
         d = self.end - self.start
         return (t1 - t0) * math.hypot(d[0], d[1])

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fubini.curves import Curve
+from fubini.curves import CircularArc, Curve, Line
 
 Float = NDArray[np.float64]
 
@@ -48,10 +48,15 @@ def end_direction(curve: Curve) -> Float:
 
 
 def _direction(curve: Curve, t: float) -> Float:
+    if isinstance(curve, Line):
+        first = curve.end - curve.start
+        return first / np.hypot(*first)
+    first = np.asarray(curve.derivative(np.array([t])), float)[0]
+    if isinstance(curve, CircularArc):
+        return first / np.hypot(*first)
     sign = 1.0 if t == 0.0 else -1.0
     low, high = np.asarray(curve.bounding_box(), float)
     extent = float(np.hypot(*(high - low)))
-    first = np.asarray(curve.derivative(np.array([t])), float)[0]
     if np.hypot(*first) > _NO_DIRECTION * extent:
         return first / np.hypot(*first)
     # Taylor at the end: point(t) - end = second / 2 (t - end)^2 + ...
