@@ -9,7 +9,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fubini.quality import angles, areas, aspect_ratios, corner_limit, flawed, skewness
+from fubini.quality import (
+    angles,
+    areas,
+    aspect_ratios,
+    corner_limit,
+    edge_ratios,
+    flawed,
+    growth_rates,
+    skewness,
+)
 from fubini.tolerance import UNAVOIDABLE_CORNER
 
 SEED = np.random.default_rng(20190824)
@@ -190,3 +199,25 @@ def test_corner_limit_at_the_defaults():
     assert corner_limit() == pytest.approx(24.295188945, abs=1e-9)
     assert corner_limit() == pytest.approx(UNAVOIDABLE_CORNER, abs=1e-12)
     assert corner_limit(45.0, 2.0) == corner_limit()
+
+
+def test_growth_rates_and_edge_ratios_pair_by_pair():
+    from scipy.spatial import Delaunay
+
+    points = np.vstack([np.random.default_rng(3).random((60, 2)), [(9.0, 9.0)]])
+    triangles = Delaunay(points[:60]).simplices.astype(np.int32)
+    size, at_edge, at_node = [], {}, {}
+    for number, corners in enumerate(triangles.tolist()):
+        sides = [(corners[i], corners[i - 1]) for i in range(3)]
+        lengths = [math.dist(points[a], points[b]) for a, b in sides]
+        size.append(sum(lengths) / 3)
+        for side, length in zip(sides, lengths, strict=True):
+            at_edge.setdefault(frozenset(side), []).append(number)
+            for node in side:
+                at_node.setdefault(node, []).append(length)
+    pairs = [both for both in at_edge.values() if len(both) == 2]
+    rates = sorted(max(size[a], size[b]) / min(size[a], size[b]) for a, b in pairs)
+    np.testing.assert_allclose(np.sort(growth_rates(points, triangles)), rates, rtol=1e-12)
+    ratios = [max(at_node[v]) / min(at_node[v]) if v in at_node else 1.0 for v in range(61)]
+    np.testing.assert_allclose(edge_ratios(points, triangles), ratios, rtol=1e-12)
+    assert len(growth_rates(points, triangles[:1])) == 0

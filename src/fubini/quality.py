@@ -97,3 +97,34 @@ def corner_limit(min_skew: float = MIN_SKEW, max_aspect_ratio: float = MAX_ASPEC
     c = k + math.sqrt(k * k + 3.0)
     s = 0.5 * (1.0 - math.sqrt(max(0.0, 1.0 - 1.0 / max_aspect_ratio)))
     return 2.0 * math.degrees(max(math.atan(1.0 / c), math.asin(s)))
+
+
+def growth_rates(points: Array, triangles: NDArray[np.signedinteger]) -> Array:
+    """Growth (k,) of the element size across every edge with a triangle on both sides; at least 1.
+
+    The size of a triangle is the mean length of its three edges; the growth is the larger of the two sizes over the
+    smaller one. ``points`` (n, d), ``triangles`` (m, 3). See ``edge_ratios`` for lengths at a node.
+    """
+    size = np.sqrt(squared_lengths(points[triangles])).mean(axis=1)
+    a, b = triangles.astype(np.int64), np.roll(triangles, -1, axis=1).astype(np.int64)
+    side = (np.minimum(a, b) * len(points) + np.maximum(a, b)).ravel()
+    order = np.argsort(side, kind="stable")
+    both = side[order[1:]] == side[order[:-1]]
+    first, second = size[order[:-1][both] // 3], size[order[1:][both] // 3]
+    rates: Array = np.maximum(first, second) / np.minimum(first, second)
+    return rates
+
+
+def edge_ratios(points: Array, triangles: NDArray[np.signedinteger]) -> Array:
+    """Longest edge over shortest edge at every node (n,); 1 at nodes without a triangle.
+
+    ``points`` (n, d), ``triangles`` (m, 3). A good triangle alone may have edges in the ratio 2.
+    """
+    length = np.sqrt(squared_lengths(points[triangles]))
+    ends = triangles[:, [[1, 2], [2, 0], [0, 1]]]
+    longest, shortest = np.zeros(len(points)), np.full(len(points), np.inf)
+    for k in range(2):
+        np.maximum.at(longest, ends[:, :, k], length)
+        np.minimum.at(shortest, ends[:, :, k], length)
+    ratios: Array = np.where(longest > 0.0, longest / shortest, 1.0)
+    return ratios

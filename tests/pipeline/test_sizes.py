@@ -8,6 +8,7 @@ import pytest
 import fubini
 import regions
 from fubini.errors import OptionError
+from fubini.quality import growth_rates
 
 
 def mesh_of(region, size, **options):
@@ -113,3 +114,38 @@ def test_turn_of_a_full_circle(turn):
     region = regions.Region.from_loops([regions.loop([(-2, -2), (2, -2), (2, 2), (-2, 2)]), regions.circle(0, 0, 1)])
     mesh = mesh_of(region, 1.0, turn=turn)
     assert len(on_edge(mesh, 4)) == pytest.approx(360 / turn, rel=0.06)
+
+
+GRADED = [
+    (regions.gear, 0.3, {}),
+    (lambda: regions.slot(0.02), 1.0, {}),
+    (regions.square, 0.2, {"edge_size": {0: 0.005}}),
+    (regions.square, 0.2, {"vertex_size": {0: 0.002}}),
+    (regions.plate, 0.5, {}),
+    (regions.square, 0.2, {"size_field": lambda p: 0.01 + 0.25 * np.hypot(p[:, 0] - 0.5, p[:, 1] - 0.5)}),
+]
+
+
+@pytest.mark.parametrize(("make", "size", "options"), GRADED)
+@pytest.mark.parametrize("growth", [1.3, 1.5, 2.0])
+def test_neighbours_stay_within_the_growth_limit(make, size, options, growth):
+    mesh = mesh_of(make(), size, growth=growth, **options)
+    rates = growth_rates(mesh.points, mesh.triangles)
+    assert (rates > growth).mean() < {1.3: 0.02, 1.5: 0.002, 2.0: 0.006}[growth]
+    assert rates.max() < 1.25 * growth
+
+
+@pytest.mark.parametrize("make", [regions.quarter_disk, regions.plate, regions.gear, regions.annulus_quarter])
+@pytest.mark.parametrize("count", [2000, 6000])
+def test_uniform_sizes(make, count):
+    """The number of triangles is that of the area, no edge is long, the mean is good."""
+    region = make()
+    size = (region.area / count / (3**0.5 / 4)) ** 0.5
+    mesh = mesh_of(region, size)
+    assert len(mesh.triangles) == pytest.approx(count, rel=0.12)
+    corners = mesh.points[mesh.triangles]
+    assert np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max() < 1.6 * size
+    skew, ratio = mesh.quality["skewness"], mesh.quality["aspect_ratio"]
+    assert skew.mean() > (81.5 if count == 2000 else 85.0)
+    assert ratio.mean() < (1.033 if count == 2000 else 1.016)
+    assert growth_rates(mesh.points, mesh.triangles).max() < 1.5

@@ -3,5 +3,6 @@
 from fubini.optimise.loop import optimise, refine_and_optimise
 from fubini.optimise.options import OptimiseOptions, OptimiseOutcome
 from fubini.optimise.refine import refine
+from fubini.optimise.smooth import even_out, smooth
 
-__all__ = ["OptimiseOptions", "OptimiseOutcome", "optimise", "refine", "refine_and_optimise"]
+__all__ = ["OptimiseOptions", "OptimiseOutcome", "even_out", "optimise", "refine", "refine_and_optimise", "smooth"]

@@ -249,7 +249,7 @@ def survey(S, bound):
 
 @inner
 def polish(S, W, goals, share):
-    """Raise the triangles S.low to each goal in turn by flips and shifts; no triangle falls below the bound again.
+    """Raise the triangles S.low to each goal in turn by flips and shifts; none falls below the goal before again.
 
     At most ``share`` times 4000 attempts, and 200 for the square root of the number of triangles; an equal part of them
     for each goal. Needs room for no more than one move.
@@ -257,8 +257,8 @@ def polish(S, W, goals, share):
     effort = share * (4000.0 + 200.0 * math.sqrt(S.counts[TRIANGLES]))
     spent, budget = S.counts[ATTEMPTS], S.counts[BUDGET]
     soft, weight, floor = S.rule[SOFT], S.rule[WEIGHT], S.rule[FLOOR]
-    S.rule[FLOOR] = soft
     for i in range(goals.shape[0]):
+        S.rule[FLOOR] = soft if i == 0 else goals[i - 1]
         S.rule[SOFT], S.rule[WEIGHT] = goals[i], 1.0 / (1.0 - goals[i])
         S.counts[BUDGET] = spent + int(effort * (i + 1) / goals.shape[0])
         S.counts[QUEUED] = 0

@@ -9,10 +9,10 @@ from __future__ import annotations
 import math
 
 from fubini._jit import inner
-from fubini.optimise._kernels_state import AR, FLOOR, SOFT, WAIVED, WEIGHT
+from fubini.optimise._kernels_state import AR, FLOOR, HARD, SOFT, WAIVED, WEIGHT
 
 INVERTED = 1000.0
-BELOW_FLOOR = 50.0
+BELOW_FLOOR, BELOW_BOUND = 50.0, 900.0
 
 
 @inner
@@ -47,7 +47,8 @@ def cost_of(f, rule):
 
     Valid triangles weigh little, so that mending one flawed triangle is worth spoiling its
     neighbours within the bound; among valid ones the fourth power lets the worst count most. While valid
-    triangles are improved, ``rule[SOFT]`` is the goal and ``rule[FLOOR]`` the bound, which no move may break.
+    triangles are improved, ``rule[SOFT]`` is the goal and ``rule[FLOOR]`` what was reached before; no move may undo
+    that, let alone break the bound ``rule[HARD]``.
     """
     r = (1.0 - f) * rule[WEIGHT]
     if f >= rule[SOFT]:
@@ -56,7 +57,9 @@ def cost_of(f, rule):
         return 0.02 * r * r
     if f < -1.0:
         return INVERTED - f
-    return 4.0 * r - 3.0 + (BELOW_FLOOR if f < rule[FLOOR] else 0.0)
+    if f >= rule[FLOOR]:
+        return 4.0 * r - 3.0
+    return 4.0 * r - 3.0 + (BELOW_BOUND if f < rule[HARD] else BELOW_FLOOR)
 
 
 @inner

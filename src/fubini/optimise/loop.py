@@ -25,12 +25,13 @@ from fubini.optimise._kernels_state import (
 )
 from fubini.optimise.options import OptimiseOptions, OptimiseOutcome
 from fubini.optimise.refine import advanced
+from fubini.optimise.smooth import smooth_state
 from fubini.optimise.state import build_state, copy_of, extend_state, prepare_state, read_state
 from fubini.tracks import Tracks
 from fubini.triangulation.value import Triangulation
 
 #: skewness in degrees that valid triangles are raised to, in turn; at 56 the aspect ratio is below 1.5
-IMPROVED_SKEW = (49.0, 52.0, 55.0, 58.0)
+IMPROVED_SKEW = (49.0, 52.0, 55.0, 58.0, 61.0)
 
 #: flaws that are searched for before refinement, and rounds of refinement and search
 FEW, ROUNDS = 6, 4
@@ -50,21 +51,27 @@ def optimise(triangulation: Triangulation, tracks: Tracks, options: OptimiseOpti
 def refine_and_optimise(
     triangulation: Triangulation, tracks: Tracks, h: float, gradient: float, options: OptimiseOptions
 ) -> OptimiseOutcome:
-    """What ``optimise`` makes of what ``refine`` makes of the triangulation, with no copy in between."""
+    """``refine``, ``smooth`` and ``optimise`` one after the other, with no copy in between."""
     scratch = work()
     state = advanced(triangulation, tracks, h, gradient, None, options, scratch)
-    return _finish(state, scratch, triangulation, options)
+    smoothed = smooth_state(state, len(triangulation.boundary.points)) > 0
+    return _finish(state, scratch, triangulation, options, smoothed)
 
 
-def _finish(state: State, scratch: Work, start: Triangulation, options: OptimiseOptions) -> OptimiseOutcome:
-    """Optimise a state that came from ``start`` and has its effort still before it, and read it out."""
+def _finish(
+    state: State, scratch: Work, start: Triangulation, options: OptimiseOptions, changed: bool = False
+) -> OptimiseOutcome:
+    """Optimise a state that came from ``start`` and has its effort still before it, and read it out.
+
+    ``changed`` : the state is no longer ``start``, even where nothing was inserted.
+    """
     prepare_state(state, start.boundary.size, start.boundary, options.min_skew)
     state.counts[BUDGET] = options.budget_of(int(state.counts[TRIANGLES]))
     state = run(state, scratch, options)
     counts = state.counts
     result: Triangulation = start
     splits: tuple[tuple[int, float], ...] = ()
-    if counts[INSERTED] > 0 or counts[FIRST_MOVE:].any():
+    if changed or counts[INSERTED] > 0 or counts[FIRST_MOVE:].any():
         result, splits = read_state(state, start)
     worst: list[list[float]] = []
     if counts[EXCESS]:
@@ -83,7 +90,7 @@ def _finish(state: State, scratch: Work, start: Triangulation, options: Optimise
 
 @functools.lru_cache(maxsize=16)
 def improvement_goals(options: OptimiseOptions) -> NDArray[np.float64]:
-    """Values of f to reach in turn once the bound is met: skewness 49 to 58 degrees, as far as above the bound."""
+    """Values of f to reach in turn once the bound is met: skewness 49 to 61 degrees, as far as above the bound."""
     above = options.min_skew + 1.0 if options.improve > 0.0 else 90.0
     return np.array([math.tan(math.radians(s - 45.0)) for s in IMPROVED_SKEW if s > above])
 

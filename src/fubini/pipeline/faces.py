@@ -9,12 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fubini.errors import OptionError
-from fubini.optimise import OptimiseOptions, OptimiseOutcome, optimise, refine, refine_and_optimise
+from fubini.optimise import OptimiseOptions, OptimiseOutcome, even_out, optimise, refine, refine_and_optimise, smooth
 from fubini.pipeline.options import MeshOptions, Progress
 from fubini.pipeline.pattern import PatternPoints, pattern_nodes
 from fubini.pipeline.points import clear_of, crowded, with_lone
 from fubini.pipeline.strip import FaceMesh, strip_boundary, with_core
 from fubini.quality import corner_limit
+from fubini.sampling.alignment import best_placement, placed_lattice
 from fubini.sampling.boundary import BoundarySizing, EdgeNodes, Outline
 from fubini.sampling.interior import Core, lattice_with_core
 from fubini.triangulation.constrained import constrained_delaunay
@@ -73,18 +74,29 @@ def attempt(
     if inside is not None:
         start = constrained_delaunay(np.concatenate([boundary.points, inside]), boundary)
         return optimise(start, outline.tracks, asked), None
-    shift = SHIFTS[number % len(SHIFTS)]
+    gradient = options.inner_gradient
     least = LEAST_CORE if sizes is None and not len(lone) else NO_CORE
-    inner, core = lattice_with_core(boundary, size, options.gradient, shift, least)
+    inner, core = lattice_of(boundary, outline, size, gradient, number, least)
     if len(lone):
-        inner = clear_of(inner, boundary, len(lone), size, options.gradient)
+        inner = clear_of(inner, boundary, len(lone), size, gradient)
     if core is not None:
         boundary = strip_boundary(boundary, core, size)
     start = constrained_delaunay(np.concatenate([boundary.points, inner]), boundary)
     if sizes is None:
-        return refine_and_optimise(start, outline.tracks, size, options.gradient, asked), core
-    filled = follow(refine(start, outline.tracks, size, options.gradient), outline, size, options.gradient, sizes)
-    return optimise(filled, outline.tracks, asked), core
+        outcome = refine_and_optimise(start, outline.tracks, size, gradient, asked)
+    else:
+        filled = follow(refine(start, outline.tracks, size, gradient), outline, size, options.gradient, sizes)
+        outcome = optimise(smooth(filled), outline.tracks, asked)
+    return replace(outcome, triangulation=even_out(outcome.triangulation, asked)), core
+
+
+def lattice_of(
+    boundary: Boundary, outline: Outline, size: float, gradient: float, number: int, least: int
+) -> tuple[Float, Core | None]:
+    """The lattice of this attempt and its core: the first along the boundary, others with their rows along x."""
+    if number == 0:
+        return placed_lattice(boundary, best_placement(boundary, outline.tracks.kinds, size), gradient, least)
+    return lattice_with_core(boundary, size, gradient, SHIFTS[number % len(SHIFTS)], least)
 
 
 def optimiser_options(options: MeshOptions) -> OptimiseOptions:

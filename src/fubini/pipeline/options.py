@@ -101,8 +101,13 @@ class MeshOptions:
 
     @property
     def gradient(self) -> float:
-        """Growth of the size per unit of distance that keeps neighbours within ``growth``."""
+        """Growth of the size per unit of distance along the boundary that keeps neighbours within ``growth``."""
         return 0.7 * (self.growth - 1.0)
+
+    @property
+    def inner_gradient(self) -> float:
+        """The same away from the boundary, where triangles are evened out at the end."""
+        return 1.2 * math.log(self.growth)
 
 
 def _is_number(value: object) -> bool:

@@ -38,6 +38,7 @@ class Core:
     on_rim : (r, 2) nodes of the rim, row by row.
     rim : (k, 2) int32, edges of the rim by numbers of its nodes, the core on the left of each.
     nodes, triangles : how many nodes it has beside the rim, and how many triangles.
+    direction : (2,) of the rows, a unit vector; ``place`` is in axes turned that way, ``on_rim`` in those of the plane.
     """
 
     role: NDArray[np.uint8]
@@ -46,6 +47,7 @@ class Core:
     rim: NDArray[np.int32]
     nodes: int
     triangles: int
+    direction: tuple[float, float] = (1.0, 0.0)
 
     def write(self, axes: Float, rim: int, inner: int, points: Float, triangles: NDArray[np.int32]) -> None:
         """Write nodes (nodes, 3) and triangles (triangles, 3) into parts of larger arrays.
@@ -54,6 +56,8 @@ class Core:
         the first of the core alone; each kind goes row by row.
         """
         scratch = np.empty((2, self.role.shape[1]), np.int32)
+        c, s = self.direction
+        axes = np.array([axes[0], c * axes[1] + s * axes[2], c * axes[2] - s * axes[1]])
         kernels.write_core(self.role, self.place, axes, scratch, rim, inner, points, triangles)
 
 

@@ -1,0 +1,84 @@
+"""``smooth``: interior nodes moved and edges flipped until triangles are as near to equilateral as can be.
+
+``even_out``: neighbouring triangles of about the same size.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fubini.optimise._kernels_state import NODES, TRIANGLES, State
+from fubini.optimise.options import OptimiseOptions, implied_aspect_ratio
+from fubini.triangulation.value import Triangulation
+
+#: Rounds of sweeps and flips, and of evening out.
+ROUNDS, EVEN_ROUNDS = 3, 6
+#: Skewness (degrees) below which evening out brings no triangle, in its first rounds and later on.
+KEPT_SKEW = (55.0, 50.0)
+
+
+def smooth(triangulation: Triangulation, rounds: int = ROUNDS) -> Triangulation:
+    """Raise the mean quality: interior nodes move, and edges are flipped to be Delaunay again.
+
+    A node moves only where the cost of the triangles around it falls (see ``_kernels_smooth``), so that none turns
+    upside down. Boundary nodes stay. The work is in proportion to the number of triangles.
+    """
+    points = np.array(triangulation.points)
+    triangles = np.array(triangulation.triangles, np.int32)
+    neighbours = np.array(triangulation.neighbours, np.int32)
+    if not _smooth(points, triangles, neighbours, len(triangulation.boundary.points), rounds):
+        return triangulation
+    return replace(triangulation, points=points, triangles=triangles, neighbours=neighbours)
+
+
+def smooth_state(state: State, fixed: int) -> int:
+    """The same on a state of which nothing was removed, its first ``fixed`` nodes on the boundary; moves made."""
+    n, m = int(state.counts[NODES]), int(state.counts[TRIANGLES])
+    return _smooth(state.points[:n], state.tri[:m], state.nbr[:m], fixed, ROUNDS)
+
+
+def _smooth(
+    points: NDArray[np.float64], tri: NDArray[np.int32], nbr: NDArray[np.int32], fixed: int, rounds: int
+) -> int:
+    from fubini.optimise import _kernels_smooth as kernels
+
+    n, m = len(points), len(tri)
+    if fixed == n:
+        return 0
+    first, star, at, stack = (np.empty(k, np.int32) for k in (n - fixed + 1, (3 * m, 2), n, 2 * m + 64))
+    return int(kernels.smooth(points, tri, nbr, fixed, rounds, first, star, at, stack))
+
+
+def even_out(triangulation: Triangulation, options: OptimiseOptions) -> Triangulation:
+    """Move interior nodes where triangles with a common edge differ in size by more than ``options.growth``.
+
+    The size of a triangle is the mean length of its edges. A node moves only where that lessens the differences, and
+    makes no triangle worse that is then below skewness 50 degrees, or below what the bounds of the options ask for.
+    """
+    from fubini.optimise._kernels_even import even_out as even
+
+    fixed, n, m = len(triangulation.boundary.points), len(triangulation.points), len(triangulation.triangles)
+    if fixed == n:
+        return triangulation
+    points = np.array(triangulation.points)
+    triangles, neighbours = (
+        np.require(array, np.int32, ("C", "W")) for array in (triangulation.triangles, triangulation.neighbours)
+    )
+    least = _least_skew(options)
+    fine, fair = (1.0 / math.tan(math.radians(max(least, skew))) for skew in KEPT_SKEW)
+    scratch = np.empty(n - fixed + 1, np.int32), np.empty(3 * m, np.int32), np.empty(m)
+    if not even(points, triangles, neighbours, fixed, options.growth, fine, fair, EVEN_ROUNDS, *scratch):
+        return triangulation
+    return replace(triangulation, points=points)
+
+
+def _least_skew(options: OptimiseOptions) -> float:
+    """A skewness in degrees from which on a triangle is within both bounds, with a margin."""
+    least = options.min_skew + 0.5
+    while implied_aspect_ratio(least) > 0.99 * options.max_aspect_ratio and least < 89.0:
+        least += 0.5
+    return least

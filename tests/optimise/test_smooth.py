@@ -1,0 +1,131 @@
+"""Smoothing: better triangles on the same boundary, a lattice left alone, derivatives right."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from fubini.optimise import OptimiseOptions, even_out, smooth
+from fubini.optimise import _kernels_smooth as kernels
+from fubini.quality import areas, aspect_ratios, flawed, growth_rates, skewness
+from fubini.triangulation.constrained import constrained_delaunay
+from fubini.triangulation.validate import validate
+from optimise.outlines import boundary, polygon
+
+SQUARE = [polygon(np.array([(0, 0), (1, 0), (1, 1), (0, 1)]))]
+
+
+def triangulated(h, inside):
+    made, _ = boundary(SQUARE, h)
+    return constrained_delaunay(np.concatenate([made.points, inside]), made)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_random_points_become_a_good_mesh(seed):
+    rng = np.random.default_rng(seed)
+    start = triangulated(0.05, 0.03 + 0.94 * rng.random((330, 2)))
+    done = smooth(start, rounds=12)
+    assert validate(done, delaunay=True) == ()
+    assert len(done.triangles) == len(start.triangles)
+    assert done.boundary is start.boundary
+    n = len(start.boundary.points)
+    np.testing.assert_array_equal(done.points[:n], start.points[:n])
+    before, after = (t.points[t.triangles] for t in (start, done))
+    assert areas(after).min() > 0.0
+    assert areas(after).sum() == pytest.approx(1.0, abs=1e-12)
+    assert skewness(after).mean() > skewness(before).mean() + 10.0
+    assert skewness(after).min() > skewness(before).min() + 10.0
+    assert aspect_ratios(after).mean() < 1.2 < aspect_ratios(before).mean()
+
+
+def test_the_same_input_gives_the_same_mesh():
+    start = triangulated(0.1, 0.03 + 0.94 * np.random.default_rng(5).random((80, 2)))
+    a, b = smooth(start), smooth(start)
+    np.testing.assert_array_equal(a.points, b.points)
+    np.testing.assert_array_equal(a.triangles, b.triangles)
+
+
+def test_nothing_to_move():
+    start = triangulated(0.5, np.empty((0, 2)))
+    assert smooth(start) is start
+
+
+def hexagon(x, y):
+    """Six corners on the unit circle and a centre at (x, y); the star of the centre."""
+    a = math.pi / 3 * np.arange(6)
+    points = np.array([*np.column_stack([np.cos(a), np.sin(a)]), (x, y)])
+    star = np.column_stack([np.arange(6), np.roll(np.arange(6), -1)]).astype(np.int32)
+    return points, star
+
+
+def smoothed(points, star, rounds):
+    """The centre after so many rounds, and the number of moves."""
+    i = np.arange(6)
+    triangles = np.column_stack([np.full(6, 6), star]).astype(np.int32)
+    neighbours = np.column_stack([-1 - i, np.roll(i, -1), np.roll(i, 1)]).astype(np.int32)
+    scratch = (np.empty(shape, np.int32) for shape in (2, (18, 2), 7, 64))
+    moves = kernels.smooth(points, triangles, neighbours, 6, rounds, *scratch)
+    return points[6], moves
+
+
+def test_the_centre_of_a_hexagon_is_found():
+    place, moves = smoothed(*hexagon(0.3, -0.2), rounds=6)
+    assert moves > 1
+    np.testing.assert_allclose(place, 0.0, atol=1e-3)
+    place, moves = smoothed(*hexagon(0.0, 0.0), rounds=6)
+    assert moves == 0
+    assert (place == 0.0).all()
+
+
+def test_a_node_on_the_wrong_side_stays():
+    place, moves = smoothed(*hexagon(1.5, 0.0), rounds=1)
+    assert moves == 0
+    np.testing.assert_array_equal(place, (1.5, 0.0))
+
+
+@pytest.mark.parametrize(("x", "y"), [(0.1, 0.05), (-0.3, 0.2), (0.5, -0.25)])
+def test_steps_lead_downhill_and_vanish_at_the_bottom(x, y):
+    step, cost = kernels.newton_step.py_func, kernels.star_cost.py_func
+    points, star = hexagon(x, y)
+    points[0] *= 1.4  # no symmetry
+    total, dx, dy = step(points, star, 0, 6, x, y)
+    assert total == pytest.approx(cost(points, star, 0, 6, x, y), rel=1e-12)
+    e = 1e-6
+    gx = (cost(points, star, 0, 6, x + e, y) - cost(points, star, 0, 6, x - e, y)) / (2 * e)
+    gy = (cost(points, star, 0, 6, x, y + e) - cost(points, star, 0, 6, x, y - e)) / (2 * e)
+    assert dx * gx + dy * gy < 0.0
+    for _ in range(60):  # to the bottom by Newton alone, damped
+        _, dx, dy = step(points, star, 0, 6, x, y)
+        x, y = x + 0.5 * dx, y + 0.5 * dy
+    here = cost(points, star, 0, 6, x, y)
+    for k in range(8):
+        assert cost(points, star, 0, 6, x + 1e-3 * math.cos(k), y + 1e-3 * math.sin(k)) > here
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_neighbours_are_evened_out(seed):
+    rng = np.random.default_rng(seed)
+    coarse = smooth(triangulated(0.05, 0.03 + 0.94 * rng.random((330, 2))))
+    done = even_out(coarse, OptimiseOptions(growth=1.5))
+    before, after = (growth_rates(t.points, t.triangles) for t in (coarse, done))
+    assert (before > 1.5).sum() > 2 * (after > 1.5).sum()
+    assert after.max() < before.max()
+    assert validate(done) == ()
+    np.testing.assert_array_equal(done.triangles, coarse.triangles)
+    worst = [skewness(t.points[t.triangles]).min() for t in (coarse, done)]
+    assert worst[1] >= min(50.0, worst[0])
+    assert even_out(done, OptimiseOptions(growth=3.0)) is done
+
+
+@pytest.mark.parametrize("bounds", [{"min_skew": 58.0}, {"max_aspect_ratio": 1.3}])
+def test_evening_out_keeps_the_bounds(bounds):
+    coarse = smooth(triangulated(0.05, 0.03 + 0.94 * np.random.default_rng(1).random((330, 2))))
+    options = OptimiseOptions(growth=1.3, **bounds)
+    done = even_out(coarse, options)
+    assert done is not coarse
+    before, after = (t.points[t.triangles] for t in (coarse, done))
+    bad = flawed(after, options.min_skew, options.max_aspect_ratio)
+    assert (skewness(after)[bad] >= skewness(before)[bad] - 1e-9).all()
+    assert bad.sum() <= flawed(before, options.min_skew, options.max_aspect_ratio).sum()
