@@ -2,7 +2,7 @@
 """Pictures and tables of the documentation, from the examples: ``make figures``.
 
 Writes ``docs/images/NAME.png`` (first triangulation and optimised mesh for each reference set, and the
-default mesh), ``docs/examples/NAME.table`` (the same in figures) and ``docs/images/bracket.png``.
+default mesh), ``docs/examples/NAME.table`` (the same in figures), ``docs/images/bracket.png`` and ``size_tree.png``.
 """
 
 from __future__ import annotations
@@ -98,11 +98,34 @@ def bracket() -> None:
     save(mesh.plot(width=9.0, title="bracket.step"), DOCS / "images" / "bracket.png")
 
 
+def size_tree() -> None:
+    """A size tree around a slanted line and a point, and the mesh made with it."""
+    from matplotlib.collections import PatchCollection
+    from matplotlib.patches import Rectangle
+
+    from fubini.region import Region
+    from fubini.sizing import SizeTree
+
+    line = np.column_stack([np.linspace(1.0, 4.0, 200), np.linspace(1.0, 2.2, 200)])
+    field = SizeTree.from_points(np.vstack([line, [(5.0, 0.8)]]), [0.04] * 200 + [0.01], largest=0.6)
+    mesh = fubini.mesh(Region.polygon([(0, 0), (6, 0), (6, 3), (0, 3)]), 0.6, size_field=field)
+    figure = Figure(figsize=(9, 2.6))
+    left, right = figure.subplots(1, 2)
+    cells = [Rectangle(low, width, width) for low, width in zip(*field.tree.boxes(), strict=True)]
+    left.add_collection(PatchCollection(cells, facecolor=FILL, edgecolor=EDGE, linewidth=0.4))
+    left.set(xlim=(0, 6), ylim=(0, 3), aspect="equal")
+    left.set_axis_off()
+    left.set_title(f"{len(cells)} leaves", fontsize=8)
+    draw(right, mesh.points, mesh.triangles, "mesh")
+    save(figure, DOCS / "images" / "size_tree.png")
+
+
 def main() -> None:
     (DOCS / "images").mkdir(exist_ok=True)
     for name in DIRECTION:
         example(name)
     bracket()
+    size_tree()
 
 
 if __name__ == "__main__":

@@ -131,7 +131,7 @@ GRADED = [
 def test_neighbours_stay_within_the_growth_limit(make, size, options, growth):
     mesh = mesh_of(make(), size, growth=growth, **options)
     rates = growth_rates(mesh.points, mesh.triangles)
-    assert (rates > growth).mean() < {1.3: 0.02, 1.5: 0.002, 2.0: 0.006}[growth]
+    assert (rates > growth).sum() <= max(2, {1.3: 0.02, 1.5: 0.002, 2.0: 0.006}[growth] * len(rates))
     assert rates.max() < 1.25 * growth
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 
 from fubini._jit import inner
-from fubini.optimise._kernels_state import AR, FLOOR, HARD, SOFT, WAIVED, WEIGHT
+from fubini.optimise._kernels_state import AR, BOUND, FLOOR, SOFT, WAIVED, WEIGHT
 
 INVERTED = 1000.0
 BELOW_FLOOR, BELOW_BOUND = 50.0, 900.0
@@ -48,7 +48,7 @@ def cost_of(f, rule):
     Valid triangles weigh little, so that mending one flawed triangle is worth spoiling its
     neighbours within the bound; among valid ones the fourth power lets the worst count most. While valid
     triangles are improved, ``rule[SOFT]`` is the goal and ``rule[FLOOR]`` what was reached before; no move may undo
-    that, let alone break the bound ``rule[HARD]``.
+    that, let alone break the bound ``rule[BOUND]``.
     """
     r = (1.0 - f) * rule[WEIGHT]
     if f >= rule[SOFT]:
@@ -59,7 +59,7 @@ def cost_of(f, rule):
         return INVERTED - f
     if f >= rule[FLOOR]:
         return 4.0 * r - 3.0
-    return 4.0 * r - 3.0 + (BELOW_BOUND if f < rule[HARD] else BELOW_FLOOR)
+    return 4.0 * r - 3.0 + (BELOW_BOUND if f < rule[BOUND] else BELOW_FLOOR)
 
 
 @inner

@@ -32,7 +32,7 @@ MOVES = (
 RELOCATION, SLIDE, FLIP, INSERTION, DELETION, SPLIT, REMOVAL, COLLAPSE, PATCH, KICK, REFINEMENT = range(16, 27)
 
 # entries of State.rule
-SOFT, HARD, AR, WEIGHT, SAG, STRETCH, FLOOR, WAIVED = 0, 1, 2, 3, 4, 5, 6, 7
+SOFT, HARD, AR, WEIGHT, SAG, STRETCH, FLOOR, WAIVED, BOUND = 0, 1, 2, 3, 4, 5, 6, 7, 8
 
 REMOVED = 255
 #: largest polygon of a cavity; larger ones are refused
@@ -54,7 +54,7 @@ class State(NamedTuple):
     low (M,) int32 : triangles to be raised, and in the end the flawed ones.
     moved (N,), tried (M,) int32 : attempt that last changed the triangles at a node, that last failed on a triangle.
     track (K,) int32, t (K, 2), mode (K,) uint8 : of the segments; mode 255: removed.
-    counts (32,) int64, rule (8,) float64 : see the names above.
+    counts (32,) int64, rule (9,) float64 : see the names above.
     track_kinds, track_offsets, track_data : the tracks.
     """
 

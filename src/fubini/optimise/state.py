@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from fubini.optimise._kernels_state import (
     AR,
     ATTEMPTS,
+    BOUND,
     FLOOR,
     HARD,
     LOW,
@@ -40,10 +41,10 @@ ACUTE = 50.0
 @functools.lru_cache(maxsize=16)
 def rule_of(options: OptimiseOptions) -> NDArray[np.float64]:
     """The numbers that kernels judge triangles by (``State.rule``, which takes a copy)."""
-    rule = np.zeros(8)
+    rule = np.zeros(9)
     hard = math.tan(math.radians(options.min_skew - 45.0))
     rule[HARD] = hard + 1e-9
-    rule[SOFT] = hard + MARGIN
+    rule[SOFT] = rule[BOUND] = hard + MARGIN
     rule[WEIGHT] = 1.0 / (1.0 - rule[SOFT])
     rule[FLOOR] = -2.0
     rule[WAIVED] = 0.95 * MARGIN

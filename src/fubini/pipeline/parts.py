@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -100,3 +101,12 @@ def _samples(model: Model, what: str) -> dict[int, Float]:
             ends = [v for _, e in curves for v in (model.edges[e].start, model.edges[e].end)]
             found |= {v: model.vertices[v][None] for v in ends}
     return found
+
+
+def edge_points(model: Model, edge: int, spacing: float) -> Float:
+    """Points in space (n, 3) along an edge, at most about ``spacing`` apart, both ends among them."""
+    for face in model.faces:
+        for curve, number in (*zip(face.region.curves, face.region.edges, strict=True), *face.inner):
+            if number == edge:
+                return face.frame.to_space(curve.point(np.linspace(0.0, 1.0, math.ceil(curve.length() / spacing) + 1)))
+    raise OptionError(f"no edge {edge} on a planar face", file=model.source)
