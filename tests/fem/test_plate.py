@@ -43,8 +43,8 @@ def test_kirsch(plate, tmp_path, order):
     (h0, l0, e0, _), (h1, l1, e1, k) = found
     assert math.log(l0 / l1) / math.log(h0 / h1) > order + 1 - 0.2
     assert math.log(e0 / e1) / math.log(h0 / h1) > order - 0.2
-    # the stress of linear triangles at one node is only as good as the size of the one triangle there: h / radius = 0.1
-    assert k == pytest.approx(3.0, rel=0.005 if order == 2 else 0.1)
+    # the stress at one node is as good as the one triangle there: h / radius = 0.1, to the power of the order
+    assert k == pytest.approx(3.0, rel=0.1**order)
 
 
 @ORDERS
