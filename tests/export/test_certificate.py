@@ -358,7 +358,7 @@ def test_scratch_space_is_left_as_it_was():
 
 
 def test_speed():
-    """A million triangles in about a second, a small face in well under a millisecond."""
+    """A million triangles take about 0.05 seconds, ten times that on a busy machine."""
     plane, triangles = grid(700)
     side = np.arange(700)
     low = np.stack([side, side + 1], 1)
@@ -378,4 +378,4 @@ def test_speed():
     begin = time.process_time()
     found = certify_face(face, points, triangles.astype(np.int32), outline, polygon.evaluate, diagonal=1.5)
     assert found.certified, found.reasons
-    assert time.process_time() - begin < 4.0
+    assert time.process_time() - begin < 0.6

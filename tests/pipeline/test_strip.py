@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import tracemalloc
+
 import numpy as np
 import pytest
 
@@ -88,6 +90,20 @@ def test_small_faces_have_no_core():
     points, core = lattice_with_core(boundary, 0.2, 0.35, (0.0, 0.0), 4000)
     assert core is None
     assert (points == lattice_points(boundary, 0.2)).all()
+
+
+def test_memory_of_a_large_face():
+    """Arrays are written once, where they stay: 32 bytes a triangle are shipped, the check of edges needs 18 more."""
+    model = regions.model_of(regions.quarter_disk())
+    fubini.mesh(model, 0.01)  # what is compiled or read once is not counted
+    tracemalloc.start()
+    try:
+        mesh = fubini.mesh(model, 0.0025)
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert len(mesh.triangles) > 250_000
+    assert peak < 100 * len(mesh.triangles)
 
 
 def test_quality_of_a_large_face():

@@ -128,8 +128,13 @@ def _reconcile(
     least-squares solution of smallest norm.
     """
     gap = np.linalg.norm(lifted - points[index], axis=1)
-    for node in np.unique(index[gap > SAME_POINT * diagonal]):
-        copies = np.flatnonzero(index == node)
+    apart = np.unique(index[gap > SAME_POINT * diagonal])
+    if not len(apart):
+        return
+    order = np.argsort(index, kind="stable")
+    starts, stops = (np.searchsorted(index, apart, side, sorter=order) for side in ("left", "right"))
+    for node, start, stop in zip(apart, starts, stops, strict=True):
+        copies = order[start:stop]
         middle = lifted[copies].mean(axis=0)
         normals = np.array([frames[f].normal for f in owners[copies]])
         offset = np.array([frames[f].normal @ (frames[f].origin - middle) for f in owners[copies]])
