@@ -1,0 +1,43 @@
+"""Faces whose planes do not quite meet at the edge that they share."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import fubini
+from fubini.curves import Line
+from fubini.model import Edge, Face, Frame, Model
+from fubini.region import Loop, Region
+
+SQUARE = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)]
+
+
+def face(index: int, edges: tuple[int, ...], forward: tuple[bool, ...], frame: Frame) -> Face:
+    lines = [Line(p, q) for p, q in zip(SQUARE, SQUARE[1:] + SQUARE[:1], strict=True)]
+    return Face(index, Region(Loop(tuple(lines), edges, forward)), frame)
+
+
+def bent(gap: float) -> Model:
+    """A floor and a wall that stands on its edge x = 0, the wall ``gap`` too high and too far left."""
+    x, y, z = np.eye(3)
+    floor = face(0, (0, 1, 2, 3), (True,) * 4, Frame(np.zeros(3), x, y))
+    wall = face(1, (3, 4, 5, 6), (False, True, True, True), Frame(np.array([-gap, 0.0, gap]), y, z))
+    ends = [(0, 1), (1, 2), (2, 3), (3, 0), (3, 4), (4, 5), (5, 0)]
+    edges = {i: Edge(i, "line", a, b, tolerance=2.0 * gap) for i, (a, b) in enumerate(ends)}
+    corners = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 1, 1), (0, 0, 1)]
+    return Model("bent", (floor, wall), edges, {i: np.array(p, float) for i, p in enumerate(corners)}, diagonal=3**0.5)
+
+
+@pytest.mark.parametrize("gap", [0.0, 1e-6])
+def test_shared_nodes_lie_on_all_their_planes(gap):
+    mesh = fubini.mesh(bent(gap), 0.15)
+    assert mesh.certificate.certified
+    common = np.unique(mesh.segments[mesh.edge_of_segment == 3])
+    shared = mesh.points[common]
+    assert len(shared) > 5
+    assert np.abs(shared[:, 2]).max() < 1e-15  # the floor
+    assert np.abs(shared[:, 0] + gap).max() < 1e-15  # the wall
+    assert shared[:, 1].min() == pytest.approx(0.0, abs=1e-15)
+    others = np.setdiff1d(mesh.segments[mesh.edge_of_segment < 3], common)
+    assert np.abs(mesh.points[others][:, 2]).max() == 0.0
