@@ -124,8 +124,11 @@ def check_count(model: Model, size: float) -> None:
 
     Raises OptionError with the smallest size that is allowed.
     """
-    area = sum(face.region.area for face in model.faces)
     triangle = math.sqrt(3.0) / 4.0 * size * size
+    boxes = [face.region.bounding_box for face in model.faces]
+    if sum(float((high - low).prod()) for low, high in boxes) <= MAX_TRIANGLES * triangle:
+        return  # the areas are within their boxes, and cost more
+    area = sum(face.region.area for face in model.faces)
     if triangle == 0.0 or area / triangle > MAX_TRIANGLES:
         least = math.sqrt(area / MAX_TRIANGLES / (math.sqrt(3.0) / 4.0))
         raise OptionError(
