@@ -11,7 +11,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.interpolate import BSpline
 
 Complex = NDArray[np.complex128]
 
@@ -161,6 +160,8 @@ class Spline:
 
     def at(self, t: ArrayLike) -> Complex:
         """Points at the parameters t."""
+        from scipy.interpolate import BSpline
+
         if self.weights is None:
             return np.asarray(BSpline(self.knots, self.poles, self.degree)(t))
         top = BSpline(self.knots, self.poles * self.weights, self.degree)(t)
@@ -218,6 +219,8 @@ def _clamped(
     degree: int, t: NDArray[np.float64], z: Complex, w: NDArray[np.float64] | None, first: float, last: float
 ) -> tuple[NDArray[np.float64], Complex, NDArray[np.float64] | None]:
     """Knots, poles and weights over [first, last] with full multiplicity at both ends."""
+    from scipy.interpolate import BSpline
+
     weight = np.ones(len(z)) if w is None else w
     homogeneous = BSpline(t, np.stack([z.real * weight, z.imag * weight, weight], axis=1), degree)
     for knot in (first, last):

@@ -10,7 +10,6 @@ from OCP.BRep import BRep_Builder
 from OCP.Geom import Geom_Plane
 from OCP.gp import gp_Dir, gp_Pnt
 from OCP.TopoDS import TopoDS_Face, TopoDS_Wire
-from scipy.spatial import cKDTree
 
 from fubini.cad import occ
 from fubini.cad.edges import CadEdge, EdgeTable
@@ -76,6 +75,8 @@ def _closed_walks(edges: list[CadEdge], reach: float) -> list[list[tuple[int, bo
 
 def _joints(ends: Float, edges: list[CadEdge], reach: float) -> list[int]:
     """Number of the joint of every edge end: the same vertex, or places within ``reach``."""
+    from scipy.spatial import cKDTree
+
     root = list(range(len(ends)))
 
     def find(i: int) -> int:

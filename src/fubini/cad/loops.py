@@ -12,9 +12,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
 
 from fubini.cad.drawing import Complex, Curve, Line, matching
 from fubini.errors import GeometryError
@@ -106,6 +103,8 @@ def _without_specks(curves: Sequence[Curve], gap: float, notes: list[str]) -> li
 
 def _without_duplicates(curves: Sequence[Curve], keep: list[int], gap: float, notes: list[str]) -> list[int]:
     """Drop every curve that runs within the gap tolerance of an earlier one of its kind."""
+    from scipy.spatial import cKDTree
+
     probes = {k: curves[k].points() for k in keep}
     middle = np.array([[p[len(p) // 2].real, p[len(p) // 2].imag] for p in probes.values()])
     dropped: set[int] = set()
@@ -125,6 +124,10 @@ def _join_ends(
     curves: Sequence[Curve], keep: list[int], gap: float, notes: list[str]
 ) -> tuple[list[Curve], dict[int, tuple[int, int]]]:
     """Curves whose ends meet exactly, and the node numbers of the two ends of each curve kept."""
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+    from scipy.spatial import cKDTree
+
     z = np.array([end for k in keep for end in (curves[k].start, curves[k].end)], complex)
     if not len(z):
         return list(curves), {}
@@ -159,6 +162,8 @@ def _join_ends(
 
 def _refuse_open_ends(curves: Sequence[Curve], keep: list[int], ends: dict[int, tuple[int, int]], gap: float) -> None:
     """Raise for the narrowest gap between two ends that meet nothing."""
+    from scipy.spatial import cKDTree
+
     degree: dict[int, list[complex]] = {}
     for k in keep:
         for node, z in zip(ends[k], (curves[k].start, curves[k].end), strict=True):
@@ -243,6 +248,9 @@ def _groups(
 
 def _parts(ends: dict[int, tuple[int, int]], cycles: list[tuple[Use, ...]]) -> list[int]:
     """Number of the connected part of the graph that each cycle belongs to."""
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
     if not cycles:
         return []
     pairs = np.array([ends[u.curve] for c in cycles for u in c])

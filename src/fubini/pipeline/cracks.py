@@ -8,8 +8,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from fubini.errors import OptionError
 from fubini.model import Model
@@ -139,6 +137,9 @@ def _fans(triangles: Long, chosen: NDArray[np.bool_], parting: Long | None) -> I
     Triangles are joined across their sides at ``chosen`` nodes, but not across the sides ``parting`` (k, 2), which are
     given by their sorted ends.
     """
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
     n, corners = len(chosen), triangles.size
     number = np.arange(corners).reshape(-1, 3)
     a, b = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()

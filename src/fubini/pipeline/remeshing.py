@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-from fubini.patches import facet_model, read_facets
 from fubini.pipeline.run import mesh
 from fubini.result import Mesh
 
@@ -37,4 +36,6 @@ def remesh(
     >>> mesh = fubini.remesh("exported.stl", 2.0)      # doctest: +SKIP
     >>> mesh.save("better.stl")                        # doctest: +SKIP
     """
+    from fubini.patches import facet_model, read_facets  # loads scipy, which no other way to a mesh needs
+
     return mesh(facet_model(read_facets(source), tolerance=tolerance, angle=angle), size, **options)

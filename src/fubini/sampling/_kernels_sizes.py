@@ -54,7 +54,9 @@ def sample_tracks(kinds, offsets, data, which, count, turn, most, pieces):
     Samples that do not get ahead are left out. ``h`` is the size bound by the turning of the curve, by ``most`` (e,)
     and by the length over ``pieces`` (e,).
     """
-    edges, room = which.shape[0], count.sum()
+    edges, room = which.shape[0], 0
+    for e in range(edges):
+        room += count[e]
     first = np.empty(edges + 1, np.int64)
     t, s, h = np.empty(room), np.empty(room), np.empty(room)
     x, y, angle = np.empty(room), np.empty(room), np.empty(room)
@@ -187,12 +189,12 @@ def lower_tables(first, t, s, h, seg_first, params, start_want, end_want, foot, 
     """
     edges = first.shape[0] - 1
     room = t.shape[0] + 3 * foot.shape[0]
-    new_first, changed = np.empty(edges + 1, np.int64), np.zeros(edges, np.uint8)
+    new_first, changed = np.empty(edges + 1, np.int64), np.empty(edges, np.uint8)
     out_t, out_s, out_h = np.empty(room), np.empty(room), np.empty(room)
     node, value = np.empty(3 * foot.shape[0] + 1), np.empty(3 * foot.shape[0] + 1)
     m = 0
     for e in range(edges):
-        new_first[e] = m
+        new_first[e], changed[e] = m, 0
         a, b = first[e], first[e + 1] - 1
         n = gather_nodes(params, seg_first[e], seg_first[e + 1], start_want, end_want, foot, foot_want, node, value)
         fill_free(t, s, h, a, b, node, value, n)

@@ -13,7 +13,6 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.spatial import cKDTree
 
 from fubini.errors import OptionError
 
@@ -107,6 +106,8 @@ def distinct(points: ArrayLike, tolerance: float) -> tuple[Float, Int]:
     Of points (n, 2) within ``tolerance`` of each other the first is kept: a point is dropped when an
     earlier one that is kept lies that close. Order is kept.
     """
+    from scipy.spatial import cKDTree
+
     p = np.asarray(points, float).reshape(-1, 2)
     pairs = cKDTree(p).query_pairs(tolerance, output_type="ndarray")
     pairs = pairs[np.lexsort((pairs[:, 0], pairs[:, 1]))]
