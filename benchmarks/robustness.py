@@ -107,12 +107,12 @@ def touching() -> Iterator[Case]:
 # ---- one case ------------------------------------------------------------------------------------
 
 
-def run(case: Case) -> Outcome:
+def run(case: Case, min_skew: float = 45.0) -> Outcome:
     """Mesh a case and measure what the certificate does not say."""
     out = Outcome(case)
     start = time.process_time()
     try:
-        mesh = fubini.mesh(regions.model_of(case.region), case.size)
+        mesh = fubini.mesh(regions.model_of(case.region), case.size, min_skew=min_skew)
     except FubiniError as error:
         out.reasons, out.seconds = f"{type(error).__name__}: {error}", time.process_time() - start
         return out
@@ -121,7 +121,7 @@ def run(case: Case) -> Outcome:
     out.certified, out.excess, out.exhausted = mesh.certificate.certified, face.excess, face.budget_exhausted
     out.triangles, out.worst_skew, out.reasons = face.triangles, face.avoidable_skew, "; ".join(face.reasons)
     p = mesh.points[mesh.triangles][:, :, :2]
-    bad = np.flatnonzero(flawed(p))
+    bad = np.flatnonzero(flawed(p, min_skew))
     for corner in face.corners:
         node = np.linalg.norm(mesh.points - corner.point, axis=1).argmin()
         here = bad[(mesh.triangles[bad] == node).any(axis=1)]
@@ -197,6 +197,7 @@ def main() -> int:
     parser.add_argument("--letters", action="store_true", help="letters and digits of three fonts")
     parser.add_argument("--touching", action="store_true", help="holes that all but touch, lunes and crescents")
     parser.add_argument("--first", type=int, default=0, help="first seed")
+    parser.add_argument("--min-skew", type=float, default=45.0, help="bound on the skewness, degrees")
     parser.add_argument("--scale", type=float, default=1.0, help="scale of all coordinates")
     parser.add_argument("--offset", type=float, default=0.0, help="distance from the origin over the size")
     parser.add_argument("--worst", type=Path, help="draw the ten worst faces to this PNG")
@@ -212,7 +213,7 @@ def main() -> int:
             at = np.array([1.0, -0.7]) * args.offset * args.scale
             moved = case.region.transform(np.eye(2) * args.scale, tuple(at))
             case = dataclasses.replace(case, region=moved, size=case.size * args.scale)
-        out = run(case)
+        out = run(case, args.min_skew)
         outcomes.append(out)
         if not out.certified or out.exhausted or out.corners_with(2, 99) or out.misses:
             odd = [f"{a:.3g} deg: {n} flawed, {s:.2f} of the best" for a, n, s in out.corners if n > 1 or s < 0.95]

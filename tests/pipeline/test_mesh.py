@@ -10,6 +10,7 @@ import regions
 from fubini.errors import GeometryError, OptionError
 from fubini.pipeline.options import MeshOptions
 from fubini.quality import areas
+from random_regions import random_region
 
 CASES = {
     "quarter disk": (regions.quarter_disk, 0.05),
@@ -78,11 +79,14 @@ def test_same_input_gives_the_same_bytes():
     assert a.triangles.tobytes() == b.triangles.tobytes()
 
 
-def test_power_of_two_scales_the_mesh():
-    big = mesh_of(regions.gear().transform(np.eye(2) * 1024.0, (0.0, 0.0)), 0.1 * 1024)
-    small = mesh_of(regions.gear(), 0.1)
+@pytest.mark.parametrize("scale", [2.0**-20, 1024.0])
+@pytest.mark.parametrize("make", [regions.gear, regions.plate, lambda: random_region(3), lambda: random_region(24)])
+def test_a_power_of_two_scales_the_mesh_bit_for_bit(make, scale):
+    region = make()
+    size = region.diagonal / 20.0
+    small, big = mesh_of(region, size), mesh_of(region.transform(np.eye(2) * scale, (0.0, 0.0)), size * scale)
     assert big.triangles.tobytes() == small.triangles.tobytes()
-    assert np.abs(big.points / 1024.0 - small.points).max() < 1e-12
+    assert big.points.tobytes() == (small.points * scale).tobytes()
 
 
 def test_models_that_differ_by_rounding_get_the_same_mesh():

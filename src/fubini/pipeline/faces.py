@@ -17,6 +17,7 @@ from fubini.pipeline.strip import FaceMesh, strip_boundary, with_core
 from fubini.quality import corner_limit
 from fubini.sampling.alignment import best_placement, placed_lattice
 from fubini.sampling.boundary import BoundarySizing, EdgeNodes, Outline
+from fubini.sampling.fans import with_fans
 from fubini.sampling.interior import Core, lattice_with_core
 from fubini.triangulation.constrained import constrained_delaunay
 from fubini.triangulation.value import CORNER, FROZEN, LOCKED, ON_CURVE, SPLIT_ONLY, Boundary, Byte, Triangulation
@@ -32,6 +33,8 @@ MOST_SPLITS = 4
 #: Moves that the optimiser may attempt on a face: so many, and so many more for each triangle. Another lattice or
 #: a finer boundary helps more than a longer search.
 MOVES, MOVES_EACH = 50_000, 400
+#: Finer boundaries in a row that leave no fewer flaws, before a face is given up: beside a cusp they only shift them.
+PATIENCE = 2
 #: Corners so little (degrees) above what one triangle can cover leave no choice for its legs.
 TIGHT = 3.0
 #: Fewer triangles than this inside do not pay for a strip of their own.
@@ -79,6 +82,8 @@ def attempt(
     inner, core = lattice_of(boundary, outline, size, gradient, number, least)
     if len(lone):
         inner = clear_of(inner, boundary, len(lone), size, gradient)
+    if number % 2:
+        inner = with_fans(inner, boundary)
     if core is not None:
         boundary = strip_boundary(boundary, core, size)
     start = constrained_delaunay(np.concatenate([boundary.points, inner]), boundary)
@@ -222,10 +227,14 @@ class FaceMesher:
 
     def _mesh_face(self, f: int) -> None:
         """Try lattices, then finer boundaries, until no flawed triangle is left that could be avoided."""
+        left: list[int] = []
         while True:
             best, core = self._best_attempt(f)
+            left.append(best.excess)
             done = self.finer.get(f, 0)
             if not best.excess or self.settled or self.pattern is not None or done >= self.options.rounds:
+                break
+            if len(left) > PATIENCE and min(left[-PATIENCE:]) >= min(left[:-PATIENCE]):
                 break
             self.finer[f] = done + 1
             if not self._refine_boundary(f, best):

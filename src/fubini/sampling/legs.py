@@ -33,6 +33,8 @@ LARGEST_STEP = 13.0
 MOST_GAPS = (2.6, 1.8)
 #: For the sake of ``STEP`` a leg may be this many times as long as asked.
 LONGEST_LEG = 1.7
+#: ... and over the length of the shortest edge at its vertex, such as the height of the wall, no more than this.
+WALL_SHARE = 1.3
 
 
 class Legs:
@@ -103,23 +105,22 @@ class Legs:
                         flat[side] = True
         return flat
 
-    def _leg_beside_wall(self, outline: Outline, c: int, before: int, leg: float, shortest: float) -> float:
-        """Lengthen the leg until the gap at its end allows a next segment of no less than the leg over ``STEP``.
+    def _leg_beside_wall(self, outline: Outline, c: int, before: int, start: float, shortest: float) -> float:
+        """Lengthen the leg from ``start`` until a next segment of no less than the leg over ``STEP`` fits the gap.
 
-        In a cusp the gap grows with the square of the distance; unchanged where no length will do.
+        In a cusp the gap grows with the square of the distance: where no length will do, the longest comes nearest.
+        Unchanged where that misses ``LARGEST_STEP``, too, and in a wedge, where length gains nothing.
         """
-        size = self.options.size
-        most_gaps = self._walled[-1][3]
+        size, most_gaps = self.options.size, self._walled[-1][3]
         edges = (int(outline.edges[j]) for j in (c, before))
-        most = min(LONGEST_LEG * size, LONGEST_LEG * shortest, LEG_SHARE * min(self.tables.of[e][1][-1] for e in edges))
-        for ratio in (STEP, LARGEST_STEP):
-            longer = leg
-            while longer <= most:
-                gap = self._opening(outline, c, before, longer)
-                if ratio * min(size, most_gaps * gap) >= longer:
-                    return longer
-                longer *= 1.05
-        return leg
+        most = min(LONGEST_LEG * size, WALL_SHARE * shortest, LEG_SHARE * min(self.tables.of[e][1][-1] for e in edges))
+        leg, gap = start, self._opening(outline, c, before, start)
+        while STEP * min(size, most_gaps * gap) < leg and 1.05 * leg <= most:
+            wider = self._opening(outline, c, before, 1.05 * leg)
+            if wider < 1.06 * gap:
+                break
+            leg, gap = 1.05 * leg, wider
+        return leg if LARGEST_STEP * min(size, most_gaps * gap) >= leg else start
 
     def _opening(self, outline: Outline, c: int, before: int, leg: float) -> float:
         """Distance between the ends of two legs of this length."""

@@ -1,0 +1,73 @@
+"""Points about boundary nodes where a long segment meets a much shorter one.
+
+Beside a cusp of another face the corner's long leg is followed by short segments. Triangles about the node between
+them must shrink from the one length to the other within half a turn, by more than growth allows anywhere else: sectors
+of 45 degrees whose rays shrink geometrically do, up to a ratio of 13.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fubini.triangulation.value import Boundary
+
+Float = NDArray[np.float64]
+
+#: Neighbouring segments that differ by more than this get a fan.
+STEEP = 4.0
+#: Angle of a sector, radians.
+SECTOR = math.pi / 4.0
+#: A point keeps this share of its ray from every segment that does not end at the node ...
+CLEAR = 0.3
+#: ... and other points this share from it.
+ALONE = 0.5
+
+
+def with_fans(inner: Float, boundary: Boundary) -> Float:
+    """The interior points (n, 2) with those of all fans, which replace what lies close to them.
+
+    A point may lie outside the region where it is thin.
+    """
+    points, segments = boundary.points, boundary.segments
+    a, b = segments.T
+    length = np.hypot(*(points[b] - points[a]).T)
+    leaving = np.empty(len(points), np.intp)
+    leaving[a] = np.arange(len(a))
+    following = leaving[b]
+    ratio = length[following] / length
+    for k in np.flatnonzero((ratio > STEEP) | (ratio < 1.0 / STEEP)):
+        fan, ray = _fan(boundary, int(b[k]), points[b[following[k]]], points[a[k]])
+        if len(fan):
+            distance = np.linalg.norm(inner[:, None] - fan, axis=2)
+            inner = np.concatenate([inner[(distance > ALONE * ray).all(axis=1)], fan])
+    return inner
+
+
+def _fan(boundary: Boundary, node: int, ahead: Float, behind: Float) -> tuple[Float, Float]:
+    """Ends (r, 2) and lengths (r,) of the rays about ``node``, from the segment to ``ahead`` to that to ``behind``."""
+    at = boundary.points[node]
+    u, v = ahead - at, behind - at
+    first, last = float(np.hypot(*u)), float(np.hypot(*v))
+    turn = math.atan2(u[0] * v[1] - u[1] * v[0], float(u @ v)) % (2.0 * math.pi)
+    count = round(turn / SECTOR)
+    if count < 2:
+        return np.empty((0, 2)), np.empty(0)
+    share = np.arange(1, count) / count
+    direction = math.atan2(u[1], u[0]) + share * turn
+    ray = first ** (1.0 - share) * last**share
+    points = at + ray[:, None] * np.column_stack([np.cos(direction), np.sin(direction)])
+    away = (boundary.segments != node).all(axis=1)
+    keep = _distances(points, boundary.points[boundary.segments[away]]) > CLEAR * ray
+    return points[keep], ray[keep]
+
+
+def _distances(points: Float, ends: Float) -> Float:
+    """Distance (n,) of points (n, 2) from the nearest of the segments with ``ends`` (k, 2, 2)."""
+    p, d = ends[:, 0], ends[:, 1] - ends[:, 0]
+    w = points[:, None] - p
+    along = np.clip((w * d).sum(axis=2) / np.maximum((d * d).sum(axis=1), 1e-300), 0.0, 1.0)
+    off = w - along[..., None] * d
+    return np.hypot(off[..., 0], off[..., 1]).min(axis=1, initial=np.inf)
