@@ -2,7 +2,8 @@
 """Pictures and tables of the documentation, from the examples: ``make figures``.
 
 Writes ``docs/images/NAME.png`` (first triangulation and optimised mesh for each reference set, and the
-default mesh), ``docs/examples/NAME.table`` (the same in figures), ``docs/images/bracket.png`` and ``size_tree.png``.
+default mesh), ``docs/examples/NAME.table`` (the same in figures), and ``docs/images/bracket.png``,
+``size_tree.png`` and ``turned_pattern.png``.
 """
 
 from __future__ import annotations
@@ -120,12 +121,29 @@ def size_tree() -> None:
     save(figure, DOCS / "images" / "size_tree.png")
 
 
+def turned_pattern() -> None:
+    """ASP48 on a quarter of a ring, turned."""
+    import math
+
+    from fubini.curves import CircularArc, Line
+    from fubini.region import Loop, Region
+
+    arcs = CircularArc((0, 0), 1.0, 0.0, math.pi / 2), CircularArc((0, 0), 0.4, math.pi / 2, 0.0)
+    ring = Region(Loop.closed([Line((0.4, 0), (1, 0)), arcs[0], Line((0, 1), (0, 0.4)), arcs[1]], 1e-12))
+    figure = Figure(figsize=(9, 2.4))
+    for axes, degrees in zip(figure.subplots(1, 4), (0, 90, 180, 270), strict=True):
+        mesh = fubini.mesh(ring, pattern="ASP48", pattern_direction="x", pattern_turn=degrees)
+        draw(axes, mesh.points, mesh.triangles, f"{degrees}")
+    save(figure, DOCS / "images" / "turned_pattern.png")
+
+
 def main() -> None:
     (DOCS / "images").mkdir(exist_ok=True)
     for name in DIRECTION:
         example(name)
     bracket()
     size_tree()
+    turned_pattern()
 
 
 if __name__ == "__main__":

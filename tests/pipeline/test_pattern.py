@@ -9,6 +9,7 @@ pytest.importorskip("OCP", reason="no CAD kernel installed")
 
 from cad import shapes as S
 from fubini.pipeline import load
+from fubini.pipeline.options import MeshOptions
 from fubini.pipeline.pattern import pattern_nodes
 from fubini.pipeline.run import lay_pattern, outline_faces
 
@@ -17,7 +18,7 @@ from fubini.pipeline.run import lay_pattern, outline_faces
 def test_a_straight_edge_takes_the_nodes_of_one_face(pattern):
     model = load(S.plate())
     outlines, edges, _ = outline_faces(model)
-    points = lay_pattern(model, outlines, pattern)
+    points = lay_pattern(model, outlines, MeshOptions(pattern=pattern))
     nodes = pattern_nodes(len(edges), outlines, points)
     for e, index in enumerate(edges):
         if model.edges[index].kind != "line":

@@ -41,6 +41,10 @@ if TYPE_CHECKING:
               help="A place inside a face that becomes a node of this name; may be repeated.")  # fmt: skip
 @click.option("--pattern", type=click.Choice(["auto", "SP13", "SP41", "ASP20", "ASP48"]),
               default="auto", show_default=True, help="Reference points laid into the cells.")  # fmt: skip
+@click.option("--pattern-direction", type=click.Choice(["auto", "x", "y"]), default="auto", show_default=True,
+              help="Cells between limits that are functions of x, or of y.")  # fmt: skip
+@click.option("--pattern-turn", type=click.Choice(["0", "90", "180", "270"]), default="0", show_default=True,
+              help="Degrees by which the points are turned: dense sides up, left, down, right.")  # fmt: skip
 @click.option("--min-skew", type=float, default=45.0, show_default=True, metavar="D",
               help="Triangles at or below this skewness (degrees) are flawed.")  # fmt: skip
 @click.option("--max-aspect-ratio", type=float, default=2.0, show_default=True, metavar="A",
@@ -88,6 +92,7 @@ def mesh(
         raise click.UsageError("--faces and --select exclude each other")
     _check_paths(source, outputs, json_path, picture)
     names = _names(named)
+    options["pattern_turn"] = int(options["pattern_turn"])
     for option in ("edge_size", "face_size", "vertex_size", "edge_segments"):
         options[option] = _by_part(options[option], max if option == "edge_segments" else min)
     with stdout_to_stderr(json_path == "-"):

@@ -12,6 +12,8 @@ from fubini.model import Model
 from fubini.tolerance import MAX_ASPECT_RATIO, MAX_TRIANGLES, MIN_SKEW
 
 PATTERNS = ("auto", "SP13", "SP41", "ASP20", "ASP48")
+DIRECTIONS = ("auto", "x", "y")
+QUARTERS = (0, 90, 180, 270)
 #: Skewness bounds above this are out of reach for a mesh of triangles.
 HIGHEST_SKEW = 60.0
 
@@ -26,6 +28,9 @@ class MeshOptions:
     ----------
     size : asked edge length in model units; None picks one from the model.
     pattern : "auto" for the lattice, or a reference set of the paper laid into every cell.
+    pattern_direction : "x" slices a face into cells whose limits are functions of x, "y" of y; "auto" decides.
+    pattern_turn : quarter turns of the set in degrees: 0, 90, 180 or 270. The dense side of a graded set then lies at
+        the upper, left, lower or right limit of every cell.
     min_skew, max_aspect_ratio : bounds of a valid triangle (degrees; ratio).
     growth : largest ratio of neighbouring edge lengths.
     turn : largest turning of the tangent along one boundary segment, degrees.
@@ -41,6 +46,8 @@ class MeshOptions:
 
     size: float | None = None
     pattern: str = "auto"
+    pattern_direction: str = "auto"
+    pattern_turn: int = 0
     min_skew: float = MIN_SKEW
     max_aspect_ratio: float = MAX_ASPECT_RATIO
     growth: float = 1.5
@@ -60,6 +67,11 @@ class MeshOptions:
             raise OptionError(f"size is {self.size}", fix="give a positive edge length in model units")
         if self.pattern not in PATTERNS:
             raise OptionError(f"pattern is {self.pattern!r}", fix="use one of " + ", ".join(PATTERNS))
+        if self.pattern_direction not in DIRECTIONS:
+            fix = "use one of " + ", ".join(DIRECTIONS)
+            raise OptionError(f"pattern_direction is {self.pattern_direction!r}", fix=fix)
+        if self.pattern_turn not in QUARTERS:
+            raise OptionError(f"pattern_turn is {self.pattern_turn!r}", fix="use 0, 90, 180 or 270 degrees")
         if not (_is_number(self.min_skew) and 0.0 < self.min_skew <= HIGHEST_SKEW):
             raise OptionError(f"min_skew is {self.min_skew}", fix=f"use 0 < min_skew <= {HIGHEST_SKEW:g} degrees")
         if not (_is_number(self.max_aspect_ratio) and self.max_aspect_ratio > 1.2):

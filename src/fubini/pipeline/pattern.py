@@ -18,7 +18,7 @@ from fubini.cells import decompose
 from fubini.region import Region
 from fubini.sampling.boundary import EdgeNodes, Outline, sample_track
 from fubini.sampling.mapping import map_points
-from fubini.sampling.reference import distinct, reference_points
+from fubini.sampling.reference import distinct, reference_points, turn
 
 Float = NDArray[np.float64]
 
@@ -40,13 +40,17 @@ class PatternPoints:
     inside: Float
 
 
-def pattern_points(region: Region, outline: Outline, pattern: str) -> PatternPoints:
+def pattern_points(
+    region: Region, outline: Outline, pattern: str, direction: str = "auto", turns: int = 0
+) -> PatternPoints:
     """Map the reference set of this name into the cells of a region and sort out the boundary nodes.
 
-    The region is sliced at every vertex, as the paper draws it, so that each limit is one smooth curve.
+    The region is sliced at every vertex, as the paper draws it, so that each limit is one smooth curve: along x, y, or
+    in the ``direction`` of fewer and rounder cells ("auto"). The set is turned by so many quarter turns before, so
+    that its dense side lies at the upper (0), left (1), lower (2) or right (3) limit of every cell.
     """
-    reference = reference_points(pattern)
-    cells = decompose(region, "auto", at_vertices=True)
+    reference = turn(reference_points(pattern), turns)
+    cells = decompose(region, direction, at_vertices=True)
     return settle_points(np.concatenate([map_points(cell, reference) for cell in cells]), region, outline)
 
 

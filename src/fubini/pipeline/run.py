@@ -147,7 +147,7 @@ def mesh(
     outlines, edge_ids, ends = outline_faces(model)
     sizing = BoundarySizing(outlines, ends, size_options(model, outlines, edge_ids, length, checked, wanted))
     with in_model_terms(model, edge_ids):
-        pattern = lay_pattern(model, outlines, checked.pattern)
+        pattern = lay_pattern(model, outlines, checked)
         inside = [np.array([p for _, p in face.points]).reshape(-1, 2) for face in model.faces]
         mesher = FaceMesher(sizing, face_sizes(model, length, checked, wanted), checked, pattern, inside)
         clock.lap("boundary")
@@ -248,11 +248,12 @@ def outline_faces(model: Model) -> tuple[list[Outline], NDArray[np.int64], NDArr
     return outlines, np.array(used, np.int64), ends
 
 
-def lay_pattern(model: Model, outlines: list[Outline], pattern: str) -> list[PatternPoints] | None:
+def lay_pattern(model: Model, outlines: list[Outline], options: MeshOptions) -> list[PatternPoints] | None:
     """Mapped points of every face by one of the paper's reference sets; None for "auto"."""
-    if pattern == "auto":
+    if options.pattern == "auto":
         return None
-    return [pattern_points(f.region, o, pattern) for f, o in zip(model.faces, outlines, strict=True)]
+    how = options.pattern, options.pattern_direction, options.pattern_turn // 90
+    return [pattern_points(f.region, o, *how) for f, o in zip(model.faces, outlines, strict=True)]
 
 
 def _certify(
