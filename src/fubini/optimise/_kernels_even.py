@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 
 from fubini._jit import inner, kernel
+from fubini.triangulation._kernels_topology import count_stars
 
 #: share of the limit from which on pairs count, so that they keep a distance from it
 FROM = 0.97
@@ -68,14 +69,7 @@ def spoils(points, tri, star, low, high, v, x, y, good):
 @inner
 def gather_triangles(tri, fixed, first, star):
     """Triangles at every node from ``fixed`` on: star[first[v - fixed] : first[v - fixed + 1]]."""
-    for v in range(first.shape[0]):
-        first[v] = 0
-    for t in range(tri.shape[0]):
-        for i in range(3):
-            if tri[t, i] >= fixed:
-                first[tri[t, i] - fixed + 1] += 1
-    for v in range(first.shape[0] - 1):
-        first[v + 1] += first[v]
+    count_stars(tri, fixed, first)
     for t in range(tri.shape[0]):
         for i in range(3):
             v = tri[t, i] - fixed

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 
 from fubini._jit import inner, kernel
-from fubini.triangulation._kernels_topology import fill_vertex_triangle, legalise
+from fubini.triangulation._kernels_topology import count_stars, fill_vertex_triangle, legalise
 
 ROOT3 = math.sqrt(3.0)
 NEAR, FAR = 0.01, 50.0
@@ -28,14 +28,7 @@ def gather(tri, fixed, first, star):
 
     first (n - fixed + 1,) int32, star (3 m, 2) int32; both are written.
     """
-    for v in range(first.shape[0]):
-        first[v] = 0
-    for t in range(tri.shape[0]):
-        for i in range(3):
-            if tri[t, i] >= fixed:
-                first[tri[t, i] - fixed + 1] += 1
-    for v in range(first.shape[0] - 1):
-        first[v + 1] += first[v]
+    count_stars(tri, fixed, first)
     for t in range(tri.shape[0]):
         for i in range(3):
             v = tri[t, i] - fixed
