@@ -29,7 +29,7 @@ from fubini.region import Loop, Region
 
 WIDTH, YOUNG, POISSON = 4.0, 1000.0, 0.3
 NAMES = {"bottom": "edge 0", "right": "edge 1", "top": "edge 2", "left": "edge 3", "hole": "edge 4", "plate": "face 0"}
-SIZES = (0.4, 0.2, 0.1)
+SIZES = (0.4, 0.2, 0.1, 0.05)
 #: Gauss points of CalculiX: on curved elements the result depends on the rule.
 RULE = 2
 
