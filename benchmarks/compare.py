@@ -164,10 +164,7 @@ def run(asked: argparse.Namespace) -> None:
 
 def write(rows: list[dict], out: str) -> None:
     """OUT.csv with all digits, OUT-skewness.csv with the histograms."""
-    with open(out + ".csv", "w", newline="") as file:
-        table = csv.DictWriter(file, tables.COLUMNS, extrasaction="ignore", restval="", lineterminator="\n")
-        table.writeheader()
-        table.writerows(rows)
+    tables.write_rows(Path(out + ".csv"), tables.COLUMNS, rows)
     with open(out + "-skewness.csv", "w", newline="") as file:
         histogram = csv.writer(file, lineterminator="\n")
         histogram.writerow(["face", "count", "tool", *(f"{k} to {k + 1}" for k in range(90))])

@@ -14,7 +14,6 @@ triangulation and handed to ``optimise``.
 from __future__ import annotations
 
 import argparse
-import csv
 import math
 import sys
 import time
@@ -102,6 +101,19 @@ def lloyd(place: Place, rounds: int = 40) -> Float:
     return place.clear(points, 0.4)
 
 
+def pushed(place: Place, points: Float, pairs: np.ndarray, forces: Float, step: float) -> Float:
+    """Points moved by ``step`` times the forces on them, where that stays inside.
+
+    forces (k, 2) act on the first of each of the pairs (k, 2), and reversed on the second. Numbers from
+    ``len(points)`` on are boundary nodes, which stand still.
+    """
+    moved = points.copy()
+    for k in (0, 1):
+        on, off = (np.bincount(ends, forces[:, k], len(points) + len(place.nodes)) for ends in pairs.T)
+        moved[:, k] += step * (on - off)[: len(points)]
+    return np.where(place.region.contains(moved)[:, None], moved, points)
+
+
 def bubbles(place: Place, rounds: int = 90) -> Float:
     """Bubble packing (Shimada): forces between bubbles in contact, crowded ones removed, gaps filled."""
     points, h = place.random(np.random.default_rng(1)), place.size
@@ -113,13 +125,7 @@ def bubbles(place: Place, rounds: int = 90) -> Float:
         length = np.maximum(np.hypot(*apart.T), 1e-9 * h)
         w = length / h
         force = (1.25 * w**3 - 2.375 * w**2 + 1.125) * h / length
-        push = np.zeros_like(everyone)
-        for k in (0, 1):
-            along = force * apart[:, k]
-            push[:, k] = np.bincount(pairs[:, 1], along, len(everyone)) - np.bincount(pairs[:, 0], along, len(everyone))
-        moved = points + 0.15 * push[: len(points)]
-        inside = place.region.contains(moved)
-        points = np.where(inside[:, None], moved, points)
+        points = pushed(place, points, pairs[:, ::-1], force[:, None] * apart, 0.15)
         if turn % 10 == 9 and turn < rounds - 20:
             crowd = np.bincount(pairs.ravel(), np.tile(2.0 - w, (2, 1)).T.ravel(), len(everyone))[: len(points)]
             points = _population(place, points, crowd)
@@ -171,13 +177,7 @@ def bars(place: Place, rounds: int = 80) -> Float:
         length = np.hypot(*apart.T)
         wanted = 1.2 * math.sqrt((length**2).mean())
         pull = np.maximum(wanted - length, 0.0) / length
-        push = np.zeros_like(everyone)
-        for k in (0, 1):
-            along = pull * apart[:, k]
-            push[:, k] = np.bincount(edges[:, 0], along, len(everyone)) - np.bincount(edges[:, 1], along, len(everyone))
-        moved = points + 0.2 * push[: len(points)]
-        inside = place.region.contains(moved)
-        points = np.where(inside[:, None], moved, points)
+        points = pushed(place, points, edges, pull[:, None] * apart, 0.2)
     return place.clear(points, 0.5)
 
 
@@ -330,13 +330,8 @@ def main() -> None:
         print(summary(measure([2_000])))
         return
     if not asked.render:
-        rows = measure([int(c) for c in asked.counts.split(",")])
-        with open(OUT, "w", newline="") as file:
-            table = csv.DictWriter(file, COLUMNS, lineterminator="\n")
-            table.writeheader()
-            table.writerows(rows)
-    with open(OUT, newline="") as file:
-        rows = [{k: v if k in ("face", "generator") else float(v) for k, v in r.items()} for r in csv.DictReader(file)]
+        tables.write_rows(OUT, COLUMNS, measure([int(c) for c in asked.counts.split(",")]))
+    rows = tables.read_rows(OUT, ("face", "generator"))
     text = summary(rows)
     (tables.ROOT / "docs" / "benchmarks" / "sampling.table").write_text(text)
     tables.replace_block(tables.ROOT / "benchmarks" / "README.md", "sampling", text)

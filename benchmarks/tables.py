@@ -33,11 +33,23 @@ STYLES = {
 }
 
 
+def write_rows(path: Path, columns: tuple[str, ...], rows: list[dict]) -> None:
+    """Rows as CSV with all digits; keys beside the columns are left out."""
+    with open(path, "w", newline="") as file:
+        table = csv.DictWriter(file, columns, extrasaction="ignore", restval="", lineterminator="\n")
+        table.writeheader()
+        table.writerows(rows)
+
+
+def read_rows(path: Path, texts: tuple[str, ...]) -> list[dict]:
+    """Rows of a CSV file, all but the columns ``texts`` as numbers, without empty fields."""
+    with open(path, newline="") as file:
+        return [{k: v if k in texts else float(v) for k, v in row.items() if v} for row in csv.DictReader(file)]
+
+
 def read(out: Path) -> list[dict]:
     """Rows of OUT.csv, figures as numbers."""
-    with open(out.with_name(out.name + ".csv"), newline="") as file:
-        rows = list(csv.DictReader(file))
-    return [{k: v if k in TEXTS else float(v) for k, v in row.items() if v} for row in rows]
+    return read_rows(out.with_name(out.name + ".csv"), TEXTS)
 
 
 def line(row: dict) -> str:

@@ -13,7 +13,6 @@ chords. Writes ``solve.csv`` beside this file, and the documentation's tables an
 from __future__ import annotations
 
 import argparse
-import csv
 import math
 import statistics
 import sys
@@ -254,13 +253,8 @@ def main() -> None:
     parser.add_argument("--render", action="store_true", help="no measuring: tables and plot from solve.csv")
     asked = parser.parse_args()
     if not asked.render:
-        rows = measure([int(c) for c in asked.counts.split(",")])
-        with open(OUT, "w", newline="") as file:
-            table = csv.DictWriter(file, COLUMNS, lineterminator="\n")
-            table.writeheader()
-            table.writerows(rows)
-    with open(OUT, newline="") as file:
-        rows = [{k: v if k in ("problem", "tool") else float(v) for k, v in r.items()} for r in csv.DictReader(file)]
+        tables.write_rows(OUT, COLUMNS, measure([int(c) for c in asked.counts.split(",")]))
+    rows = tables.read_rows(OUT, ("problem", "tool"))
     render(rows)
 
 

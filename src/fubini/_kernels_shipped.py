@@ -298,22 +298,3 @@ def compare_with_curves(points, segments, on_curve, node, chord, length):
                 node[k, i] = off
             else:
                 chord[k] = max(chord[k], off)
-
-
-@inner
-def chain_of(chain, v):
-    """Least node of the chain that node v is known to belong to; shortens the way there."""
-    while chain[v] != v:
-        chain[v] = chain[chain[v]]
-        v = chain[v]
-    return v
-
-
-@kernel
-def join_chains(tail, head, chain):
-    """Let chain (n,), at first 0 to n - 1, hold the least node that the segments tail - head (k,) join to each."""
-    for s in range(tail.shape[0]):
-        a, b = chain_of(chain, tail[s]), chain_of(chain, head[s])
-        chain[max(a, b)] = min(a, b)
-    for v in range(chain.shape[0]):
-        chain[v] = chain_of(chain, v)

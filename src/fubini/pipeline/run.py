@@ -145,11 +145,13 @@ def mesh(
     length = min(checked.size, model.diagonal) if checked.size is not None else pick_size(model)
     check_count(model, length)
     outlines, edge_ids, ends = outline_faces(model)
-    sizing = BoundarySizing(outlines, ends, size_options(model, outlines, edge_ids, length, checked, wanted))
+    lengths = face_sizes(model, length, checked, wanted)
+    asked = size_options(model, outlines, edge_ids, length, lengths, checked, wanted)
+    sizing = BoundarySizing(outlines, ends, asked)
     with in_model_terms(model, edge_ids):
         pattern = lay_pattern(model, outlines, checked)
         inside = [np.array([p for _, p in face.points]).reshape(-1, 2) for face in model.faces]
-        mesher = FaceMesher(sizing, face_sizes(model, length, checked, wanted), checked, pattern, inside)
+        mesher = FaceMesher(sizing, lengths, checked, pattern, inside)
         clock.lap("boundary")
         results = mesher.run(progress)
     clock.lap("faces")

@@ -25,12 +25,14 @@ def size_options(
     outlines: list[Outline],
     edge_ids: NDArray[np.int64],
     size: float,
+    of_faces: list[float],
     options: MeshOptions,
     wanted: Wanted | None = None,
 ) -> SizeOptions:
     """What the boundary discretisation is asked, in running numbers of edges and vertices.
 
-    ``wanted`` : names of the user. Raises OptionError for an edge, face or vertex that the model does not have.
+    ``of_faces`` : what ``face_sizes`` gives. ``wanted`` : names of the user. Raises OptionError for an edge or vertex
+    that the model does not have.
     """
     number = {e: i for i, e in enumerate(edge_ids.tolist())}
     edges, segments, vertices = (
@@ -42,7 +44,7 @@ def size_options(
         )
     )
     by_edge = {number[e]: h for e, h in edges.items()}
-    for outline, h in zip(outlines, face_sizes(model, size, options, wanted), strict=True):
+    for outline, h in zip(outlines, of_faces, strict=True):
         for e in outline.edges.tolist() if h < size else ():
             by_edge[e] = min(by_edge.get(e, size), h)
     corners = {v for e in edge_ids.tolist() for v in (model.edges[e].start, model.edges[e].end)} if vertices else ()
