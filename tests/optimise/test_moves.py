@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 
-import numba
 import numpy as np
 import pytest
 
+from fubini._jit import kernel
 from fubini.errors import OptionError
 from fubini.optimise import OptimiseOptions, optimise
 from fubini.optimise._kernels_region import region_point
@@ -20,7 +20,7 @@ from optimise.outlines import arc, boundary, certify, line, polygon
 ALONE = OptimiseOptions(improve=0.0)
 
 
-@numba.njit
+@kernel
 def find_point(rx, ry, tau, scratch):
     return region_point(rx, ry, rx.shape[0], tau, scratch)
 

@@ -7,12 +7,15 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
+from typing import NamedTuple
 
+import numba
 import numpy as np
 import pytest
 
 import fubini
 import fubini._jit as jit
+from fubini._reference import Reference, by_reference
 
 RUN = """
 import fubini._jit as jit, numpy as np
@@ -117,3 +120,39 @@ def test_kernels_link_kernels_and_what_allocates():
 
     assert total(5) == 20.0
     assert middle(3).tolist() == [0.0, 2.0, 4.0]
+
+
+class Pair(NamedTuple):
+    """What a reference stands for."""
+
+    numbers: object
+    total: object
+
+
+@jit.inner
+def add_up(P, n):
+    """Add the first n numbers to the total, through whatever P is."""
+    for i in range(n):
+        P.total[0] += P.numbers[i]
+    return n
+
+
+def test_a_reference_reads_and_writes_the_arrays_of_its_tuple():
+    @jit.kernel
+    def twice(P):
+        P = by_reference(P)
+        return add_up(P, 2) + add_up(P, P.numbers.shape[0])
+
+    pair = Pair(np.array([1.0, 2.0, 4.0]), np.zeros(1))
+    assert twice(pair) == 5
+    assert pair.total[0] == 10.0
+    assert [isinstance(arguments[0], Reference) for arguments in add_up.overloads] == [True]
+
+
+def test_only_named_tuples_are_referred_to():
+    @jit.kernel
+    def wrong(array):
+        return by_reference(array).shape[0]
+
+    with pytest.raises(numba.TypingError):
+        wrong(np.zeros(2))

@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from fubini._jit import inner, kernel
+from fubini._reference import by_reference
 from fubini.optimise._kernels_state import NODES, REMOVED, SEGMENTS, TRIANGLES
 
 
@@ -18,6 +19,7 @@ def prepare(S, size, angle, acute, unavoidable):
     edges there. angle : interior angle in degrees at the first nodes, those of the boundary; corners below
     ``acute`` are marked 2, below ``unavoidable`` 1.
     """
+    S = by_reference(S)
     n, fixed = S.counts[NODES], size.shape[0]
     for v in range(n):
         S.stack[v] = 0
@@ -103,6 +105,7 @@ def read_out(S, angle, mode):
     triangles, neighbours; kind, size and angle of the boundary nodes; ends, track, t and mode of the segments; and the
     numbers of the segments that start at a new node and may only be split.
     """
+    S = by_reference(S)
     number, rim, nodes = number_nodes(S)
     k = S.counts[SEGMENTS]
     track, t, state = np.empty(k, np.int32), np.empty((k, 2)), np.empty(k, np.uint8)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from fubini._jit import inner, kernel
+from fubini._reference import by_reference
 from fubini.optimise._kernels_moves import CLASSES, LEVELS, mend, patch_nodes
 from fubini.optimise._kernels_quality import covers_corner, is_flawed, triangle_cost, triangle_quality
 from fubini.optimise._kernels_state import (
@@ -290,6 +291,7 @@ def drive(S, W, task, top, goals, share):
     with larger arrays and MEND for the rest of a WHOLE. ``goals`` : ascending values of f, for WHOLE and POLISH;
     ``share`` : of the effort spent on polishing.
     """
+    S, W = by_reference(S), by_reference(W)
     status, total = DONE, 0.0
     if task == WHOLE:
         bound = goals[goals.shape[0] - 1] if goals.shape[0] > 0 else S.rule[SOFT]

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 
 from fubini._jit import inner, kernel
+from fubini._reference import by_reference
 from fubini.optimise._kernels_cavity import local, replace
 from fubini.optimise._kernels_fill import PROGRAMME
 from fubini.optimise._kernels_loop import DONE, FULL, STUCK, keep, room
@@ -187,6 +188,7 @@ def queue_star(S, v):
 @kernel
 def rescue(S, W, limit):
     """Refine at the queued flawed triangles, first in first out, at most ``limit`` steps. Returns a status."""
+    S, W = by_reference(S), by_reference(W)
     head = steps = 0
     while head < S.counts[QUEUED] and steps < limit:
         t = S.queue[head]
