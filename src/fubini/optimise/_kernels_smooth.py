@@ -2,7 +2,11 @@
 
 The shape of a triangle is ``r = (a^2 + b^2 + c^2) / (4 sqrt(3) A)``, 1 for the equilateral one and infinite at no
 area. With ``d = r - 1`` its cost is ``sqrt(d + NEAR) + FAR d^4``: the root grows like the loss of skewness, so
-that the mean rises; the fourth power keeps the worst from paying for it.
+that the mean rises; the fourth power keeps the worst from paying for it. Where p is a corner and e the apex of the
+equilateral triangle on the edge across, ``d = |p - e|^2 / (2 sqrt(3) A)``.
+
+Most nodes lie on a lattice and are at rest. A node is looked at where a triangle beside it is not good to begin with,
+and again when it or a neighbour gained by a move, or an edge beside it was flipped.
 """
 
 from __future__ import annotations
@@ -10,120 +14,211 @@ from __future__ import annotations
 import math
 
 from fubini._jit import inner, kernel
-from fubini.triangulation._kernels_topology import count_stars, fill_vertex_triangle, legalise
+from fubini.triangulation._kernels_topology import edge_is_illegal, flip
 
 ROOT3 = math.sqrt(3.0)
+HEIGHT = 0.5 * ROOT3
 NEAR, FAR = 0.01, 50.0
-#: stars of a cost below this times their number of triangles are left alone
-GOOD = 1e-7
+LEAST = math.sqrt(NEAR)
+#: ``d`` above which a triangle has its nodes looked at, and above which its cost is convex in ``d``
+FROM, CONVEX = 3e-4, 0.1035
+#: falls of the cost: less is no reason to move, more has the nodes around looked at again
+FALL, GAIN = 2e-4, 2e-3
 #: attempts to shorten a step that does not pay, and by what
 SHORTER, STEPS = 0.4, 4
 #: sweeps over all nodes before edges are flipped
 SWEEPS = 2
+#: an angle is acute where the product of its sides is more than this share of their squares
+ACUTE = 1e-12
 
 
 @inner
-def gather(tri, fixed, first, star):
-    """Edges opposite to every node from ``fixed`` on: node v has star[first[v - fixed] : first[v - fixed + 1]].
-
-    first (n - fixed + 1,) int32, star (3 m, 2) int32; both are written.
-    """
-    count_stars(tri, fixed, first)
+def survey(points, tri, fixed, at, awake):
+    """One triangle of every node into ``at``; mark the nodes of triangles that are not good; whether any is inside."""
+    found = False
     for t in range(tri.shape[0]):
-        for i in range(3):
-            v = tri[t, i] - fixed
-            if v >= 0:
-                q = first[v]
-                star[q, 0], star[q, 1] = tri[t, (i + 1) % 3], tri[t, (i + 2) % 3]
-                first[v] += 1
-    for v in range(first.shape[0] - 1, 0, -1):
-        first[v] = first[v - 1]
-    first[0] = 0
+        a, b, c = tri[t, 0], tri[t, 1], tri[t, 2]
+        at[a] = at[b] = at[c] = t
+        x, y = points[a, 0], points[a, 1]
+        ux, uy, vx, vy = points[b, 0] - x, points[b, 1] - y, points[c, 0] - x, points[c, 1] - y
+        sides = ux * ux + uy * uy + vx * vx + vy * vy - (ux * vx + uy * vy)
+        if sides > (1.0 + FROM) * ROOT3 * (ux * vy - uy * vx):
+            awake[a] = awake[b] = awake[c] = 1
+            found = found or a >= fixed or b >= fixed or c >= fixed
+    return found
 
 
 @inner
-def star_cost(points, star, low, high, x, y):
-    """Cost of the triangles between (x, y) and the edges star[low:high]; infinite where one is upside down."""
+def load(points, tri, nbr, t, v, ring, rx, ry):
+    """Nodes around interior node v, counter-clockwise from triangle t, and where they lie from v; their number k.
+
+    rx[k], ry[k] repeat the first. 0 where there are too many.
+    """
+    x, y = points[v, 0], points[v, 1]
+    first, k = t, 0
+    while k < ring.shape[0] - 1:
+        # the corner after v, without a branch
+        i1 = 1 + (tri[t, 1] == v) - (tri[t, 2] == v)
+        a = tri[t, i1]
+        ring[k] = a
+        rx[k], ry[k] = points[a, 0] - x, points[a, 1] - y
+        k += 1
+        t = nbr[t, i1]
+        if t == first:
+            rx[k], ry[k] = rx[0], ry[0]
+            return k
+        if t < 0:
+            return 0
+    return 0
+
+
+@inner
+def star_cost(rx, ry, k, x, y):
+    """Cost of the k triangles between (x, y) and the edges of its ring; infinite where one is upside down."""
     total = 0.0
-    for q in range(low, high):
-        b, c = star[q, 0], star[q, 1]
-        bx, by, cx, cy = points[b, 0] - x, points[b, 1] - y, points[c, 0] - x, points[c, 1] - y
-        area = 2.0 * ROOT3 * (bx * cy - by * cx)
+    cx, cy = rx[0] - x, ry[0] - y
+    for q in range(k):
+        bx, by = cx, cy
+        cx, cy = rx[q + 1] - x, ry[q + 1] - y
+        area = ROOT3 * (bx * cy - by * cx)
         if area <= 0.0:
             return math.inf
-        d = (bx * bx + by * by + cx * cx + cy * cy + (bx - cx) ** 2 + (by - cy) ** 2) / area - 1.0
-        total += math.sqrt(max(d, 0.0) + NEAR) - math.sqrt(NEAR) + FAR * d * d * d * d
-    return total
+        ux, uy = 0.5 * (bx + cx) - HEIGHT * (cy - by), 0.5 * (by + cy) + HEIGHT * (cx - bx)
+        d = (ux * ux + uy * uy) / area
+        square = d * d
+        total += math.sqrt(d + NEAR) + FAR * square * square
+    return total - k * LEAST
 
 
 @inner
-def newton_step(points, star, low, high, x, y):
-    """Cost at (x, y) and the step towards its least value, after Newton with what is not convex left out."""
-    total = gx = gy = hxx = hxy = hyy = 0.0
-    for q in range(low, high):
-        b, c = star[q, 0], star[q, 1]
-        bx, by, cx, cy = points[b, 0] - x, points[b, 1] - y, points[c, 0] - x, points[c, 1] - y
-        area = 2.0 * ROOT3 * (bx * cy - by * cx)
+def downhill(rx, ry, k, x, y):
+    """Cost at (x, y) and a step towards its least value: (cost, dx, dy, slope), slope the fall to expect twice over.
+
+    After Newton, with what is not convex left out of the second derivatives and what depends on the areas.
+    """
+    total = gx = gy = h = hxx = hxy = hyy = 0.0
+    cx, cy = rx[0] - x, ry[0] - y
+    for q in range(k):
+        bx, by = cx, cy
+        cx, cy = rx[q + 1] - x, ry[q + 1] - y
+        nx, ny = by - cy, cx - bx
+        area = ROOT3 * (bx * cy - by * cx)
         if area <= 0.0:
-            return math.inf, 0.0, 0.0
-        r = (bx * bx + by * by + cx * cx + cy * cy + (bx - cx) ** 2 + (by - cy) ** 2) / area
-        ax, ay = 2.0 * ROOT3 * (by - cy), 2.0 * ROOT3 * (cx - bx)  # derivatives of the area, of r, and again
-        rx, ry = (-2.0 * (bx + cx) - r * ax) / area, (-2.0 * (by + cy) - r * ay) / area
-        rxx, ryy, rxy = (4.0 - 2.0 * rx * ax) / area, (4.0 - 2.0 * ry * ay) / area, -(rx * ay + ry * ax) / area
-        d = max(r - 1.0, 0.0)
-        root = math.sqrt(d + NEAR)
-        w = 0.5 / root + 4.0 * FAR * d * d * d
-        w2 = max(0.0, 12.0 * FAR * d * d - 0.25 / (root * root * root))
-        total += root - math.sqrt(NEAR) + FAR * d * d * d * d
-        gx += w * rx
-        gy += w * ry
-        hxx += w * rxx + w2 * rx * rx
-        hxy += w * rxy + w2 * rx * ry
-        hyy += w * ryy + w2 * ry * ry
-    det = hxx * hyy - hxy * hxy
-    if det <= 0.0:
-        return total, 0.0, 0.0
-    return total, (gy * hxy - gx * hyy) / det, (gx * hxy - gy * hxx) / det
+            return math.inf, 0.0, 0.0, 0.0
+        ux, uy = 0.5 * (bx + cx) + HEIGHT * nx, 0.5 * (by + cy) + HEIGHT * ny
+        # one division for 1 / area and 1 / (d + NEAR)
+        off = ux * ux + uy * uy
+        near = off + NEAR * area
+        share = 1.0 / (area * near)
+        inverse = near * share
+        d = off * inverse
+        flat = area * math.sqrt(share)  # 1 / sqrt(d + NEAR)
+        cube = d * d * d
+        w = inverse * (flat + 8.0 * FAR * cube)  # twice the derivative of the cost by d, over the area
+        total += near * inverse * flat + FAR * d * cube
+        d *= HEIGHT
+        sx, sy = ux + d * nx, uy + d * ny  # minus half the derivatives of d, times the area
+        gx += w * sx
+        gy += w * sy
+        h += w
+        if d > HEIGHT * CONVEX:
+            bend = 4.0 * inverse * inverse * (9.0 * FAR * d * d - 0.25 * flat * flat * flat)
+            hxx += bend * sx * sx
+            hxy += bend * sx * sy
+            hyy += bend * sy * sy
+    hxx += h
+    hyy += h
+    share = 1.0 / (hxx * hyy - hxy * hxy)
+    dx, dy = share * (gx * hyy - gy * hxy), share * (gy * hxx - gx * hxy)
+    return total - k * LEAST, dx, dy, gx * dx + gy * dy
 
 
 @inner
-def smooth_sweep(points, fixed, first, star):
-    """Move every interior node once, where that lowers the cost around it; the number moved."""
+def move(points, v, rx, ry, k):
+    """Move node v where that lowers the cost around it; by how much it fell."""
+    cost, dx, dy, slope = downhill(rx, ry, k, 0.0, 0.0)
+    if slope < 2.0 * FALL:
+        return 0.0
+    for _ in range(STEPS):
+        fall = cost - star_cost(rx, ry, k, dx, dy)
+        if fall > FALL:
+            points[v, 0] += dx
+            points[v, 1] += dy
+            return fall
+        dx, dy = SHORTER * dx, SHORTER * dy
+    return 0.0
+
+
+@inner
+def smooth_sweep(points, tri, nbr, fixed, at, awake, ring, rx, ry):
+    """Look at every interior node that is awake; the number moved."""
     moved = 0
     for v in range(fixed, points.shape[0]):
-        low, high = first[v - fixed], first[v - fixed + 1]
-        x, y = points[v, 0], points[v, 1]
-        cost, dx, dy = newton_step(points, star, low, high, x, y)
-        if cost < GOOD * (high - low) or cost == math.inf:
+        if awake[v] == 0:
             continue
-        for _ in range(STEPS):
-            if star_cost(points, star, low, high, x + dx, y + dy) < cost:
-                points[v, 0], points[v, 1] = x + dx, y + dy
-                moved += 1
-                break
-            dx, dy = SHORTER * dx, SHORTER * dy
+        awake[v] = 0
+        k = load(points, tri, nbr, int(at[v]), v, ring, rx, ry)
+        fall = move(points, v, rx, ry, k) if k > 0 else 0.0
+        if fall > 0.0:
+            moved += 1
+            if fall > GAIN:
+                awake[v] = 1
+                for q in range(k):
+                    awake[ring[q]] = 1
     return moved
 
 
+@inner
+def flip_from(points, tri, nbr, at, awake, stack, s):
+    """Flip the edges of triangle s that are not Delaunay and what follows from it; wake the nodes there; flips made."""
+    flips, count = 0, 1
+    stack[0] = s
+    while count > 0:
+        count -= 1
+        t = int(stack[count])
+        for i in range(3):
+            if count + 2 < stack.shape[0] and edge_is_illegal(points, tri, nbr, t, i):
+                u = flip(tri, nbr, at, t, i)
+                stack[count], stack[count + 1] = u, t
+                count += 2
+                flips += 1
+                awake[tri[t, 0]] = awake[tri[t, 1]] = awake[tri[t, 2]] = awake[tri[u, 2]] = 1
+                break
+    return flips
+
+
+@inner
+def flip_all(points, tri, nbr, at, awake, stack):
+    """Make all edges Delaunay; flips made.
+
+    An edge is Delaunay where the two angles across it are acute: only those across from other angles are tested.
+    """
+    flips = 0
+    for t in range(tri.shape[0]):
+        a, b, c = tri[t, 0], tri[t, 1], tri[t, 2]
+        x, y = points[a, 0], points[a, 1]
+        ux, uy, vx, vy = points[b, 0] - x, points[b, 1] - y, points[c, 0] - x, points[c, 1] - y
+        uu, vv, uv = ux * ux + uy * uy, vx * vx + vy * vy, ux * vx + uy * vy
+        if min(uv, min(uu - uv, vv - uv)) <= ACUTE * (uu + vv):
+            flips += flip_from(points, tri, nbr, at, awake, stack, t)
+    return flips
+
+
 @kernel
-def smooth(points, tri, nbr, fixed, rounds, first, star, tri_of, stack):
+def smooth(points, tri, nbr, fixed, rounds, at, stack, awake, ring, rx, ry):
     """Move the nodes from ``fixed`` on and flip edges to be Delaunay again, ``rounds`` times; moves and flips made.
 
-    points (n, 2), tri and nbr (m, 3) are changed in place. Scratch: first (n - fixed + 1,), star (3 m, 2), tri_of (n,),
-    stack (more than m,), all int32.
+    points (n, 2), tri and nbr (m, 3) are changed in place. awake (n,) uint8 : zeros. Scratch: at (n,), stack (any,)
+    int32; ring (j,) int32, rx, ry (j,), where nodes with more neighbours than j - 1 stay.
     """
-    total = flips = 0
-    for turn in range(rounds):
-        if turn == 0 or flips > 0:
-            gather(tri, fixed, first, star)
-        moved = 0
+    total = 0
+    if not survey(points, tri, fixed, at, awake):
+        return 0
+    for _ in range(rounds):
+        done = 0
         for _ in range(SWEEPS):
-            moved += smooth_sweep(points, fixed, first, star)
-        if moved == 0:
+            done += smooth_sweep(points, tri, nbr, fixed, at, awake, ring, rx, ry)
+        if done == 0:
             break
-        fill_vertex_triangle(tri, tri.shape[0], tri_of)
-        for t in range(tri.shape[0]):
-            stack[t] = t
-        _, flips = legalise(points, tri, nbr, tri_of, stack, tri.shape[0])
-        total += moved + flips
+        total += done + flip_all(points, tri, nbr, at, awake, stack)
     return total

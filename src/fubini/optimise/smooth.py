@@ -17,6 +17,8 @@ from fubini.triangulation.value import Triangulation
 
 #: Rounds of sweeps and flips, and of evening out.
 ROUNDS, EVEN_ROUNDS = 3, 6
+#: Nodes with as many neighbours stay.
+RING = 128
 #: Skewness (degrees) below which evening out brings no triangle, in its first rounds and later on.
 KEPT_SKEW = (55.0, 50.0)
 
@@ -49,8 +51,9 @@ def _smooth(
     n, m = len(points), len(tri)
     if fixed == n:
         return 0
-    first, star, at, stack = (np.empty(k, np.int32) for k in (n - fixed + 1, (3 * m, 2), n, 2 * m + 64))
-    return int(kernels.smooth(points, tri, nbr, fixed, rounds, first, star, at, stack))
+    at, stack, ring = (np.empty(k, np.int32) for k in (n, m + 64, RING))
+    scratch = at, stack, np.zeros(n, np.uint8), ring, np.empty(RING), np.empty(RING)
+    return int(kernels.smooth(points, tri, nbr, fixed, rounds, *scratch))
 
 
 def even_out(triangulation: Triangulation, options: OptimiseOptions) -> Triangulation:
