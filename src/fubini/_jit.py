@@ -13,7 +13,7 @@ import hashlib
 import os
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -28,6 +28,8 @@ from numba.core.compiler import Compiler
 from numba.core.runtime import rtsys
 from numba.core.types.misc import unliteral
 from numpy.typing import NDArray
+
+from fubini._turns import turn
 
 
 @functools.cache
@@ -215,14 +217,16 @@ def _seldom_collected() -> Iterator[None]:
 
 def _compile(function: Callable[..., Any], library: type[JITCodeLibrary], **options: bool) -> Any:
     compiled = numba.njit(
-        nogil=True, error_model="numpy", no_cfunc_wrapper=True, pipeline_class=_COMPILERS[library], **options
-    )(function)
+        nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_rewrites=True,
+        pipeline_class=_COMPILERS[library], **options,
+    )(function)  # fmt: skip
     compile_for = compiled.compile
 
     def compile_plain(signature: Any) -> Any:
         given, _ = sigutils.normalize_signature(signature)
         arguments = tuple(_plain(a) for a in given)
-        with _seldom_collected():
+        kept = getattr(getattr(compiled._cache, "_cache_file", None), "_index_path", None)
+        with _seldom_collected(), turn(Path(kept)) if kept else nullcontext():
             entry = compile_for(arguments)
         made = compiled.overloads[arguments].signature.return_type
         if not options["_nrt"] and any(isinstance(part, types.Array) for part in getattr(made, "types", (made,))):

@@ -15,7 +15,11 @@ import pytest
 
 import fubini
 import fubini._jit as jit
+import regions
+from fubini._helper import compile_all, square
 from fubini._reference import Reference, by_reference
+from fubini._turns import ALONE, turn
+from fubini.triangulation.validate import validate
 
 RUN = """
 import fubini._jit as jit, numpy as np
@@ -37,7 +41,7 @@ def package(tmp_path):
 
 
 def run(package, cache, **changes):
-    env = {**os.environ, "PYTHONPATH": str(package.parent), "FUBINI_CACHE_DIR": str(cache), **changes}
+    env = {**os.environ, "PYTHONPATH": str(package.parent), "FUBINI_CACHE_DIR": str(cache), ALONE: "1", **changes}
     done = subprocess.run(
         [sys.executable, "-c", RUN], env=env, capture_output=True, text=True, timeout=120, check=False
     )
@@ -137,7 +141,9 @@ def add_up(P, n):
     return n
 
 
-def test_a_reference_reads_and_writes_the_arrays_of_its_tuple():
+def test_a_reference_reads_and_writes_the_arrays_of_its_tuple(tmp_path, monkeypatch):
+    monkeypatch.setenv("FUBINI_CACHE_DIR", str(tmp_path))
+
     @jit.kernel
     def twice(P):
         P = by_reference(P)
@@ -156,3 +162,50 @@ def test_only_named_tuples_are_referred_to():
 
     with pytest.raises(numba.TypingError):
         wrong(np.zeros(2))
+
+
+def test_two_processes_compile_a_kernel_once(package, tmp_path):
+    env = {**os.environ, "PYTHONPATH": str(package.parent), "FUBINI_CACHE_DIR": str(tmp_path), ALONE: "1"}
+    both = [subprocess.Popen([sys.executable, "-c", RUN], env=env, stdout=subprocess.PIPE, text=True) for _ in range(2)]
+    found = [process.communicate(timeout=120)[0].split()[1:] for process in both]
+    assert sorted(found) == [["0", "1"], ["1", "0"]]
+    assert not list(tmp_path.rglob("*.claim"))
+
+
+def test_the_claim_of_a_process_that_died_is_void(tmp_path):
+    index = tmp_path / "kernel.nbi"
+    gone = subprocess.Popen([sys.executable, "-c", ""])
+    gone.wait(60)
+    claim = index.with_suffix(".claim")
+    claim.write_text(str(gone.pid))
+    with turn(index):
+        assert claim.read_text() == str(os.getpid())
+    assert not claim.exists()
+
+
+def test_nothing_is_claimed_where_nothing_can_be_written(tmp_path):
+    with turn(tmp_path / "missing" / "kernel.nbi"):
+        assert not list(tmp_path.iterdir())
+
+
+def test_a_first_run_compiles_with_a_helper_and_says_so(tmp_path):
+    code = "import fubini._turns as t, pathlib\nwith t.turn(pathlib.Path('kernel.nbi')): print(len(t._started))"
+    env = {**os.environ, "FUBINI_CACHE_DIR": str(tmp_path)}
+    env.pop(ALONE, None)
+    done = subprocess.run(
+        [sys.executable, "-c", code], env=env, cwd=tmp_path, capture_output=True, text=True, timeout=120, check=True
+    )
+    assert done.stderr.count("first run, compiling") == 1
+    assert int(done.stdout) == (2 if len(os.sched_getaffinity(0)) > 1 else 1)
+
+
+def test_the_helper_compiles_for_the_types_that_meshing_calls_with():
+    from fubini.optimise._kernels_copy import read_out
+    from fubini.optimise._kernels_even import even_out
+    from fubini.optimise._kernels_loop import drive
+
+    compile_all()
+    start, _ = square()
+    assert validate(start) == ()
+    fubini.mesh(regions.model_of(regions.quarter_disk()), 0.1)
+    assert [len(kernel.overloads) for kernel in (drive, read_out, even_out)] == [1, 1, 1]

@@ -98,7 +98,6 @@ def mesh(
     with stdout_to_stderr(json_path == "-"):
         import fubini
 
-        _announce_compilation()
         with Progress() as progress:
             result = fubini.mesh(
                 source, faces=faces, select=select, names=names, cracks=cracks or None, points=_points(points),
@@ -150,14 +149,6 @@ def _points(placed: tuple[str, ...]) -> dict[str, list[float]]:
             raise click.UsageError(f"--point takes NAME=X,Y,Z, not {text!r}")
         found[name.strip()] = place
     return found
-
-
-def _announce_compilation() -> None:
-    """Say why the very first run takes long."""
-    from fubini._jit import cache_folder
-
-    if not any(cache_folder().glob("*.nbi")):
-        click.echo("first run: compiling, about half a minute, once", err=True)
 
 
 def _check_paths(source: str, outputs: tuple[str, ...], json_path: str | None, picture: str | None) -> None:

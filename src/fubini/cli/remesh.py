@@ -7,7 +7,7 @@ from typing import Any
 import click
 
 from fubini.cli.common import Progress, dump_json, json_option, stdout_to_stderr
-from fubini.cli.mesh import _announce_compilation, _check_paths, _warn_of_rounding, _write
+from fubini.cli.mesh import _check_paths, _warn_of_rounding, _write
 
 
 @click.command()
@@ -45,7 +45,6 @@ def remesh(
     with stdout_to_stderr(json_path == "-"):
         import fubini
 
-        _announce_compilation()
         with Progress() as progress:
             result = fubini.remesh(source, progress=progress, **options)
         data = _write(result, outputs, json_path, picture)
