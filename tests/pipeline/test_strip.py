@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+import math
 import tracemalloc
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import fubini
 import regions
+from fubini.errors import GeometryError
 from fubini.model import Frame
 from fubini.pipeline.faces import attempt
 from fubini.pipeline.options import MeshOptions
-from fubini.pipeline.strip import FaceMesh, with_core
-from fubini.sampling.interior import lattice_points, lattice_with_core
+from fubini.pipeline.strip import FaceMesh, strip_boundary, with_core
+from fubini.sampling.interior import NO_CORE, lattice_points, lattice_with_core
+from fubini.triangulation.constrained import constrained_delaunay, delaunay_around
 from fubini.triangulation.validate import validate
 from fubini.triangulation.value import Triangulation
 from handmade import FLAT_FRAME
@@ -54,7 +58,8 @@ def test_strip_and_core_are_one_valid_triangulation(name, number):
 def test_core_is_a_plain_lattice_with_a_closed_rim():
     size = 0.02
     boundary, _, _ = regions.discretise(regions.plate(), size)
-    outside, core = lattice_with_core(boundary, size, 0.35, (0.0, 0.0), 0)
+    lattice = lattice_with_core(boundary, size, 0.35, (0.0, 0.0), 0)
+    outside, core = lattice.points, lattice.core
     points, triangles = np.empty((core.nodes, 3)), np.empty((core.triangles, 3), np.int32)
     core.write(np.eye(3)[[2, 0, 1]] * [[0.0], [1.0], [1.0]], 0, len(core.on_rim), points, triangles)
     points = np.concatenate([core.on_rim, points[:, :2]])
@@ -87,9 +92,9 @@ def test_the_core_is_written_into_space():
 
 def test_small_faces_have_no_core():
     boundary, _, _ = regions.discretise(regions.plate(), 0.2)
-    points, core = lattice_with_core(boundary, 0.2, 0.35, (0.0, 0.0), 4000)
-    assert core is None
-    assert (points == lattice_points(boundary, 0.2)).all()
+    lattice = lattice_with_core(boundary, 0.2, 0.35, (0.0, 0.0), 4000)
+    assert lattice.core is None
+    assert (lattice.points == lattice_points(boundary, 0.2)).all()
 
 
 def test_memory_of_a_large_face():
@@ -111,3 +116,36 @@ def test_quality_of_a_large_face():
     assert mesh.certificate.certified
     assert mesh.certificate.mean_skew > 88.0
     assert mesh.certificate.worst_skew > 49.0
+
+
+@pytest.mark.parametrize("least", [1, NO_CORE], ids=["core", "no core"])
+@pytest.mark.parametrize("make", [regions.plate, regions.gear, regions.quarter_disk, regions.slot])
+def test_a_triangulation_around_a_patch_is_the_whole_one(make, least):
+    """As a slow oracle: all points triangulated, nothing known beforehand."""
+    region = make()
+    for share, turn in ((0.02, 0.0), (0.05, 0.3), (0.2, 1.0)):
+        size = share * region.diagonal
+        boundary, _, _ = regions.discretise(region, size)
+        direction = (math.cos(turn), math.sin(turn))
+        lattice = lattice_with_core(boundary, size, 0.35, (0.2, 0.4), least, direction)
+        whole = boundary if lattice.core is None else strip_boundary(boundary, lattice.core, size)
+        points = np.concatenate([whole.points, lattice.points])
+        mesh = delaunay_around(points, whole, boundary, lattice.patch)
+        assert validate(mesh, delaunay=True) == ()
+        assert {sorted_corners(t) for t in mesh.triangles} == {
+            sorted_corners(t) for t in constrained_delaunay(points, whole).triangles
+        }
+        assert share > 0.02 or len(lattice.patch.triangles) > 0.1 * len(mesh.triangles)
+
+
+def sorted_corners(triangle: np.ndarray) -> tuple[int, ...]:
+    return tuple(sorted(triangle.tolist()))
+
+
+def test_a_patch_mends_no_boundary():
+    boundary, _, _ = regions.discretise(regions.square(), 0.1)
+    lattice = lattice_with_core(boundary, 0.1, 0.35, (0.0, 0.0), NO_CORE)
+    points = np.concatenate([boundary.points, lattice.points])
+    clockwise = replace(boundary, segments=boundary.segments[:, ::-1].copy())
+    with pytest.raises(GeometryError, match="do not enclose"):
+        delaunay_around(points, clockwise, clockwise, lattice.patch)

@@ -35,8 +35,9 @@ def test_the_row_beside_the_longest_edge_is_equilateral(degrees):
     boundary, sizing, _ = regions.discretise(regions.polygon(corners), 0.098)
     kinds = sizing.outlines[0].tracks.kinds
     placement = best_placement(boundary, kinds, 0.098)
-    inside, core = placed_lattice(boundary, placement, 0.35, NO_CORE)
-    assert core is None
+    lattice = placed_lattice(boundary, placement, 0.35, NO_CORE)
+    inside = lattice.points
+    assert lattice.core is None
     a, b = boundary.points[boundary.segments[boundary.track == 0]].transpose(1, 0, 2)
     middle, along = (a + b) / 2, b - a
     third = middle + math.sqrt(3) / 2 * np.column_stack([-along[:, 1], along[:, 0]])
@@ -53,14 +54,14 @@ def test_without_straight_edges_the_rows_run_along_x():
     boundary, sizing, _ = regions.discretise(regions.Region(regions.circle(0, 0, 1)), 0.1)
     placement = best_placement(boundary, sizing.outlines[0].tracks.kinds, 0.1)
     assert placement.direction == (1.0, 0.0)
-    inside, _ = placed_lattice(boundary, placement, 0.35, NO_CORE)
+    inside = placed_lattice(boundary, placement, 0.35, NO_CORE).points
     np.testing.assert_allclose(inside, lattice_points(boundary, 0.1), atol=1e-12)
 
 
 def test_a_node_lies_where_it_is_asked():
     boundary, _, _ = regions.discretise(regions.square(), 0.1)
     for node in ((0.5, 0.5), (0.43, 0.61), (-3.0, 7.2)):
-        inside, _ = placed_lattice(boundary, Placement(node, (0.6, 0.8), 0.1), 0.35, NO_CORE)
+        inside = placed_lattice(boundary, Placement(node, (0.6, 0.8), 0.1), 0.35, NO_CORE).points
         steps = (inside - node) @ np.array([(0.6, -0.8), (0.8, 0.6)]) / (0.1 * np.array([0.5, math.sqrt(3) / 2]))
         np.testing.assert_allclose(steps, np.round(steps), atol=1e-9)
         assert (np.round(steps).sum(axis=1) % 2 == 0).all()

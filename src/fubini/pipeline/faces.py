@@ -18,8 +18,8 @@ from fubini.quality import corner_limit
 from fubini.sampling.alignment import best_placement, placed_lattice
 from fubini.sampling.boundary import BoundarySizing, EdgeNodes, Outline
 from fubini.sampling.fans import with_fans
-from fubini.sampling.interior import Core, lattice_with_core
-from fubini.triangulation.constrained import constrained_delaunay
+from fubini.sampling.interior import NO_CORE, Core, Lattice, lattice_with_core
+from fubini.triangulation.constrained import constrained_delaunay, delaunay_around
 from fubini.triangulation.value import CORNER, FROZEN, LOCKED, ON_CURVE, SPLIT_ONLY, Boundary, Byte, Triangulation
 
 Float = NDArray[np.float64]
@@ -38,9 +38,7 @@ PATIENCE = 2
 #: Corners so little (degrees) above what one triangle can cover leave no choice for its legs.
 TIGHT = 3.0
 #: Fewer triangles than this inside do not pay for a strip of their own.
-LEAST_CORE = 2500
-#: A size field may ask for anything inside: no core stays as it is.
-NO_CORE = 2**62
+LEAST_CORE = 400
 #: Faces of most models have no points of their own inside.
 NO_POINTS: Float = np.empty((0, 2))
 #: Budget of rounds that shorten the boundary beside such points.
@@ -78,15 +76,21 @@ def attempt(
         start = constrained_delaunay(np.concatenate([boundary.points, inside]), boundary)
         return optimise(start, outline.tracks, asked), None
     gradient = options.inner_gradient
+    # a size field may ask for anything inside: no core stays as it is
     least = LEAST_CORE if sizes is None and not len(lone) else NO_CORE
-    inner, core = lattice_of(boundary, outline, size, gradient, number, least)
+    lattice = lattice_of(boundary, outline, size, gradient, number, least)
+    inner, core, outer = lattice.points, lattice.core, boundary
     if len(lone):
         inner = clear_of(inner, boundary, len(lone), size, gradient)
     if number % 2:
         inner = with_fans(inner, boundary)
     if core is not None:
         boundary = strip_boundary(boundary, core, size)
-    start = constrained_delaunay(np.concatenate([boundary.points, inner]), boundary)
+    points = np.concatenate([boundary.points, inner])
+    if inner is lattice.points:
+        start = delaunay_around(points, boundary, outer, lattice.patch)
+    else:
+        start = constrained_delaunay(points, boundary)
     if sizes is None:
         outcome = refine_and_optimise(start, outline.tracks, size, gradient, asked)
     else:
@@ -97,8 +101,8 @@ def attempt(
 
 def lattice_of(
     boundary: Boundary, outline: Outline, size: float, gradient: float, number: int, least: int
-) -> tuple[Float, Core | None]:
-    """The lattice of this attempt and its core: the first along the boundary, others with their rows along x."""
+) -> Lattice:
+    """The lattice of this attempt: the first along the boundary, others with their rows along x."""
     if number == 0:
         return placed_lattice(boundary, best_placement(boundary, outline.tracks.kinds, size), gradient, least)
     return lattice_with_core(boundary, size, gradient, SHIFTS[number % len(SHIFTS)], least)

@@ -11,6 +11,17 @@ from fubini._jit import kernel
 ROW = 0.8660254037844386  # sqrt(3) / 2
 
 
+@kernel
+def turned_box(points, c, s, turned):
+    """Write points (n, 2) turned by the angle of cosine c and sine s; returns the least and the greatest x and y."""
+    low_x, low_y, high_x, high_y = math.inf, math.inf, -math.inf, -math.inf
+    for i in range(points.shape[0]):
+        x, y = c * points[i, 0] - s * points[i, 1], s * points[i, 0] + c * points[i, 1]
+        turned[i, 0], turned[i, 1] = x, y
+        low_x, high_x, low_y, high_y = min(low_x, x), max(high_x, x), min(low_y, y), max(high_y, y)
+    return low_x, low_y, high_x, high_y
+
+
 @kernel(allocates=True)
 def crossings(points, segments, y0, step, rows):
     """Limits of all rows y0 + j step: row j crosses the boundary at xs[first[j] : first[j + 1]], sorted."""

@@ -6,15 +6,13 @@ difference. The lattice stays the hexagonal one, turned, moved, and its spacing 
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fubini.sampling import _kernels_alignment as kernels
-from fubini.sampling._kernels_interior import ROW
-from fubini.sampling.interior import Core, lattice_with_core
+from fubini.sampling.interior import Lattice, lattice_with_core
 from fubini.triangulation.value import Boundary
 
 Float = NDArray[np.float64]
@@ -47,32 +45,7 @@ def best_placement(boundary: Boundary, kinds: NDArray[np.int32], size: float) ->
     return Placement((x, y), (dx, dy), spacing)
 
 
-def placed_lattice(
-    boundary: Boundary, placement: Placement, gradient: float, least: int
-) -> tuple[Float, Core | None]:
-    """Nodes of a placed lattice inside the boundary, outside its core, and the core; see ``lattice_with_core``."""
-    dx, dy = placement.direction
-    turned = replace(boundary, points=_turn(boundary.points, dx, -dy))
-    node = _turn(np.array([placement.node]), dx, -dy)[0]
-    inner, core = lattice_with_core(
-        turned, placement.spacing, gradient, _shift(node - turned.points.min(axis=0), placement.spacing), least
-    )
-    if core is not None:
-        core = replace(core, on_rim=_turn(core.on_rim, dx, dy), direction=placement.direction)
-    return _turn(inner, dx, dy), core
-
-
-def _turn(points: Float, c: float, s: float) -> Float:
-    """Points (n, 2) turned by the angle of cosine c and sine s; as they are at none."""
-    if s == 0.0 and c == 1.0:
-        return points
-    x, y = points.T
-    return np.column_stack([c * x - s * y, s * x + c * y])
-
-
-def _shift(node: Float, spacing: float) -> tuple[float, float]:
-    """The shift of ``lattice_with_core`` that puts a node at ``node`` over the lowest corner of the bounding box."""
-    x, y = (node / spacing).tolist()
-    row = math.ceil((1.0 + y) / ROW - 1e-9)
-    column = math.ceil(1.0 + x - 0.5 * (row % 2) - 1e-9) + 0.5 * (row % 2)
-    return column - 1.0 - x, row * ROW - 1.0 - y
+def placed_lattice(boundary: Boundary, placement: Placement, gradient: float, least: int) -> Lattice:
+    """The lattice of a placement inside the boundary; see ``lattice_with_core``."""
+    spacing, direction, node = placement.spacing, placement.direction, placement.node
+    return lattice_with_core(boundary, spacing, gradient, (0.0, 0.0), least, direction, node)

@@ -14,17 +14,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fubini.sampling import _kernels_interior as kernels
-from fubini.triangulation.value import Boundary
+from fubini.sampling._kernels_core import divide
+from fubini.triangulation.value import Boundary, Patch
 
 Float = NDArray[np.float64]
 Table = NDArray[np.uint8]
 
 #: Lattice nodes keep this distance (times the size) from boundary segments of full size.
 CLEARANCE = 0.62
-
-
-#: What a lattice node is (``Core.role``): outside the core, on its rim, of it alone.
-OUTSIDE, RIM, INNER = 1, 2, 3
+#: More triangles than any core has.
+NO_CORE = 2**62
 
 
 @dataclass(frozen=True)
@@ -33,7 +32,7 @@ class Core:
 
     Attributes
     ----------
-    role : (rows, columns) uint8, 0 where the lattice has no node, else OUTSIDE, RIM or INNER.
+    role : (rows, columns) uint8, NONE, OUTSIDE, RIM or INNER (``_kernels_core``).
     place : (3,), x0, y0 and step of the lattice.
     on_rim : (r, 2) nodes of the rim, row by row.
     rim : (k, 2) int32, edges of the rim by numbers of its nodes, the core on the left of each.
@@ -61,6 +60,26 @@ class Core:
         kernels.write_core(self.role, self.place, axes, scratch, rim, inner, points, triangles)
 
 
+@dataclass(frozen=True)
+class Lattice:
+    """The nodes of a lattice inside a boundary and clear of it, and the triangles that they are known to make.
+
+    A ring of nodes or more lies between the core and the boundary. Every triangle of a lattice without
+    gaps is Delaunay: its circle reaches 0.58 sizes, less than the nodes keep from the boundary.
+
+    Attributes
+    ----------
+    points : (n, 2) nodes outside the core, row by row.
+    core : None where it would have fewer triangles than asked.
+    patch : the triangles of these nodes and those on the rim of the core. Nodes are numbered: the boundary's, then
+        the rim's, then ``points``; segments: the boundary's, then the rim's.
+    """
+
+    points: Float
+    core: Core | None
+    patch: Patch
+
+
 def lattice_points(
     boundary: Boundary, size: float, gradient: float = 0.35, shift: tuple[float, float] = (0.0, 0.0)
 ) -> Float:
@@ -70,103 +89,44 @@ def lattice_points(
     finer than the size, the zone in which the size grows (by ``gradient``) is left empty for the
     refinement to fill.
     """
-    inside, place = _lattice(boundary, size, gradient, shift)
-    return _positions(np.flatnonzero(inside), inside.shape[1], place)
+    return lattice_with_core(boundary, size, gradient, shift, NO_CORE).points
 
 
 def lattice_with_core(
-    boundary: Boundary, size: float, gradient: float, shift: tuple[float, float], least: int
-) -> tuple[Float, Core | None]:
-    """Lattice nodes outside the core, and the core; all nodes and None where it has fewer than ``least`` triangles.
+    boundary: Boundary,
+    size: float,
+    gradient: float,
+    shift: tuple[float, float],
+    least: int,
+    direction: tuple[float, float] = (1.0, 0.0),
+    node: tuple[float, float] | None = None,
+) -> Lattice:
+    """``lattice_points`` with a core, if it has ``least`` triangles, and with rows along ``direction``, a unit vector.
 
-    A ring of lattice nodes or more lies between the core and the boundary. Every triangle of a lattice without
-    gaps is Delaunay: its circle reaches 0.58 sizes, less than the nodes keep from the boundary.
+    ``node`` : where a node of the lattice is to lie; ``shift`` is not used then.
     """
-    inside, place = _lattice(boundary, size, gradient, shift)
-    columns = inside.shape[1]
-    core = _core(inside, place, least) if 2 * np.count_nonzero(inside) >= least else None
-    outside = inside if core is None else core.role == OUTSIDE
-    return _positions(np.flatnonzero(outside), columns, place), core
-
-
-def _core(inside: Table, place: Float, least: int) -> Core | None:
-    """The core of a lattice; None where it has fewer than ``least`` triangles."""
-    deep = _eroded(inside)
-    inner = _eroded(deep)
-    near = _around(deep)
-    in_triangle = np.zeros_like(deep)
-    for rows, (middle, *ring) in near:
-        some = ring[5] & ring[0]
-        for k in range(5):
-            some |= ring[k] & ring[k + 1]
-        in_triangle[rows, 1:-1] = middle & some
-    on_rim = np.flatnonzero(in_triangle > inner)
-    columns = deep.shape[1]
-    rim, count = _rim(deep.ravel(), on_rim, columns)
-    nodes = int(np.count_nonzero(inner))
-    triangles = 2 * nodes + count // 3  # each has three corners, and a node of the core alone has six triangles
-    if triangles < least:
-        return None
-    return Core(inside + in_triangle + inner, place, _positions(on_rim, columns, place), rim, nodes, triangles)
-
-
-def _rim(deep: Table, nodes: NDArray[np.intp], columns: int) -> tuple[NDArray[np.int32], int]:
-    """Edges (k, 2) of the rim by numbers of its nodes, and how many corners of triangles lie there.
-
-    ``deep`` is the table as one row, ``nodes`` (r,) the places in it of the nodes on the rim.
-    """
-    odd = (nodes // columns & 1)[:, None]
-    right, left = columns + odd, columns - 1 + odd
-    one = np.ones_like(odd)
-    # counter-clockwise: right, up right, up left, left, down left, down right
-    ring = nodes[:, None] + np.hstack([one, right, left, -one, odd - columns - 1, odd - columns])
-    there = deep[ring] == 1
-    triangle = there & np.roll(there, -1, axis=1)
-    row, way = np.nonzero(triangle & ~np.roll(triangle, 1, axis=1))
-    ends = np.searchsorted(nodes, ring[row, way])
-    return np.column_stack([row, ends]).astype(np.int32), int(np.count_nonzero(triangle))
-
-
-def _around(table: Table) -> list[tuple[slice, list[Table]]]:
-    """Even rows, then odd rows, of a table without its rim: the rows, the nodes and their six neighbours in turn."""
-    found = []
-    for odd in (0, 1):
-        first = 2 - odd
-        rows = slice(first, -1, 2)
-        row, up, down = table[rows], table[first + 1 :: 2], table[first - 1 : -2 : 2]
-        a, b = slice(odd, odd - 2), slice(1 + odd, odd - 1 or None)
-        found.append((rows, [row[:, 1:-1], row[:, 2:], up[:, b], up[:, a], row[:, :-2], down[:, a], down[:, b]]))
-    return found
-
-
-def _eroded(table: Table) -> Table:
-    """Which nodes (rows, columns) have all six neighbours; none on the rim of the table."""
-    out = np.zeros_like(table)
-    for rows, (middle, *ring) in _around(table):
-        part = out[rows, 1:-1]
-        np.bitwise_and(middle, ring[0], out=part)
-        for other in ring[1:]:
-            part &= other
-    return out
-
-
-def _positions(nodes: NDArray[np.intp], columns: int, place: Float) -> Float:
-    """Lattice nodes (n, 2) at these places of the table, row after row."""
-    j, i = np.divmod(nodes, columns)
-    x0, y0, h = place
-    return np.column_stack([np.where(j & 1, x0 + 0.5 * h, x0) + i * h, y0 + j * (h * kernels.ROW)])
-
-
-def _lattice(
-    boundary: Boundary, size: float, gradient: float, shift: tuple[float, float]
-) -> tuple[Table, Float]:
-    """The table (rows, columns) of where lattice nodes are, 1 or 0, and x0, y0 and step of the lattice."""
-    low, high = boundary.points.min(axis=0), boundary.points.max(axis=0)
-    x0, y0 = low[0] - size * (1.0 + shift[0]), low[1] - size * (1.0 + shift[1])
-    columns = math.ceil((high[0] - x0) / size) + 2
-    rows = math.ceil((high[1] - y0) / (size * kernels.ROW)) + 2
-    inside = np.zeros((rows, columns), np.uint8)
-    kernels.mark_inside(
-        boundary.points, boundary.segments, boundary.size, size, x0, y0, CLEARANCE, gradient, inside
+    c, s = direction
+    turned = np.empty_like(boundary.points)
+    low_x, low_y, high_x, high_y = kernels.turned_box(boundary.points, c, -s, turned)
+    if node is not None:
+        shift = _shift((c * node[0] + s * node[1] - low_x) / size, (c * node[1] - s * node[0] - low_y) / size)
+    x0, y0 = low_x - size * (1.0 + shift[0]), low_y - size * (1.0 + shift[1])
+    columns = math.ceil((high_x - x0) / size) + 2
+    rows = math.ceil((high_y - y0) / (size * kernels.ROW)) + 2
+    role = np.zeros((rows, columns), np.uint8)
+    kernels.mark_inside(turned, boundary.segments, boundary.size, size, x0, y0, CLEARANCE, gradient, role)
+    cells = role.reshape(-1)
+    ends = np.flatnonzero(cells[1:] != cells[:-1])
+    place = np.array([x0, y0, size, c, s])
+    core, nodes, points, on_rim, rim, triangles, neighbours, half_edges, bare, edges = divide(
+        cells, columns, ends, least, len(turned), len(boundary.segments), place
     )
-    return inside, np.array([x0, y0, size])
+    patch = Patch(triangles, neighbours, half_edges, bare, edges)
+    return Lattice(points, Core(role, place[:3], on_rim, rim, nodes, core, direction) if core else None, patch)
+
+
+def _shift(x: float, y: float) -> tuple[float, float]:
+    """The shift that puts a node at (x, y), in sizes from the lowest corner of the bounding box."""
+    row = math.ceil((1.0 + y) / kernels.ROW - 1e-9)
+    column = math.ceil(1.0 + x - 0.5 * (row % 2) - 1e-9) + 0.5 * (row % 2)
+    return column - 1.0 - x, row * kernels.ROW - 1.0 - y

@@ -418,3 +418,29 @@ def triangulate(points, segments, fixed):
             lost[count] = s
             count += 1
     return out, across, dropped, lost[:count], status
+
+
+@kernel(allocates=True)
+def glue(triangles, neighbours, nodes, fixed, segments, patch, beside, half_edges):
+    """A triangulation and a patch as one: triangles (m, 3) and neighbours (m, 3), those of the patch last.
+
+    triangles (a, 3), neighbours (a, 3) : the former; node ``fixed + z`` is node nodes[z], and segment ``segments + e``
+    the edge at half_edges[e] of the patch. patch (b, 3), beside (b, 3) : triangles and neighbours of the patch.
+    """
+    a, b = triangles.shape[0], patch.shape[0]
+    corners, across = np.empty((a + b, 3), np.int32), np.empty((a + b, 3), np.int32)
+    for t in range(b):
+        for i in range(3):
+            u = beside[t, i]
+            corners[a + t, i], across[a + t, i] = patch[t, i], u + a if u >= 0 else u
+    for t in range(a):
+        for i in range(3):
+            v, u = triangles[t, i], neighbours[t, i]
+            corners[t, i] = v if v < fixed else nodes[v - fixed]
+            if u < -segments:
+                half = half_edges[-1 - u - segments]
+                across[t, i] = a + half // 3
+                across[a + half // 3, half % 3] = t
+            else:
+                across[t, i] = u
+    return corners, across

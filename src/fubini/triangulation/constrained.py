@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from fubini.errors import FubiniError, GeometryError, OptionError
-from fubini.triangulation._kernels_cdt import NOT_A_POINT, NOT_DELAUNAY, NOT_FINITE, triangulate
-from fubini.triangulation.value import Boundary, Triangulation
+from fubini.triangulation._kernels_cdt import NOT_A_POINT, NOT_DELAUNAY, NOT_FINITE, glue, triangulate
+from fubini.triangulation.value import Boundary, Patch, Triangulation
 
 
 def constrained_delaunay(points: ArrayLike, boundary: Boundary) -> Triangulation:
@@ -56,3 +56,22 @@ def constrained_delaunay(points: ArrayLike, boundary: Boundary) -> Triangulation
     for array in (xy, triangles, neighbours, dropped, unrecovered):
         array.flags.writeable = False
     return Triangulation(xy, triangles, neighbours, boundary, unrecovered, dropped)
+
+
+def delaunay_around(points: NDArray[np.float64], boundary: Boundary, outer: Boundary, patch: Patch) -> Triangulation:
+    """``constrained_delaunay`` where a patch is known: the rest alone is triangulated.
+
+    outer : the part of the boundary that does not lie at the patch: the first nodes and segments of ``boundary``.
+    """
+    fixed, k = len(outer.points), len(outer.segments)
+    rest = np.concatenate([outer.points, points[patch.nodes]])
+    segments = np.concatenate([outer.segments, patch.edges])
+    triangles, neighbours, dropped, unrecovered, status = triangulate(rest, segments, fixed)
+    if status or len(dropped) or len(unrecovered):
+        return constrained_delaunay(points, boundary)
+    triangles, neighbours = glue(
+        triangles, neighbours, patch.nodes, fixed, k, patch.triangles, patch.neighbours, patch.open
+    )
+    for array in (points, triangles, neighbours):
+        array.flags.writeable = False
+    return Triangulation(points, triangles, neighbours, boundary)

@@ -72,3 +72,26 @@ class Triangulation:
     boundary: Boundary
     unrecovered: Int = field(default_factory=lambda: np.empty(0, np.int32))
     dropped: Int = field(default_factory=lambda: np.empty(0, np.int32))
+
+
+@dataclass(frozen=True)
+class Patch:
+    """Triangles of a triangulation that are known before it is made.
+
+    No vertex lies in their circles or on them, and no segment crosses them, but those at which they end.
+
+    Attributes
+    ----------
+    triangles : (m, 3) int32, by numbers of all points.
+    neighbours : (m, 3) int32, as in ``Triangulation``; anything across open edges.
+    open : (e,) int32, 3 t + i for each edge i of a triangle t beyond which nothing is known.
+    nodes : (z,) int32, points that lie at open edges, or in no triangle of the patch.
+    edges : (e, 2) int32, ends of the open edges, the unknown on the left, by place among the boundary's nodes and,
+        behind them, ``nodes``.
+    """
+
+    triangles: Int
+    neighbours: Int
+    open: Int
+    nodes: Int
+    edges: Int
