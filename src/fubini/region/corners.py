@@ -39,21 +39,32 @@ class Corner:
 
 def start_direction(curve: Curve) -> Float:
     """Unit tangent (2,) at the start, also where the derivative vanishes there."""
-    return _direction(curve, 0.0)
+    return np.array(_tangent(curve, 0.0))
 
 
 def end_direction(curve: Curve) -> Float:
     """Unit tangent (2,) at the end, in the direction of travel."""
-    return _direction(curve, 1.0)
+    return np.array(_tangent(curve, 1.0))
+
+
+def _tangent(curve: Curve, t: float) -> tuple[float, float]:
+    """Unit tangent at t = 0 or 1: of lines and circles, which most corners join, without arrays."""
+    if isinstance(curve, Line):
+        (ax, ay), (bx, by) = curve.start.tolist(), curve.end.tolist()
+        x, y = bx - ax, by - ay
+        length = math.hypot(x, y)
+        return x / length, y / length
+    if isinstance(curve, CircularArc):
+        sense = math.copysign(1.0, curve.angle1 - curve.angle0)
+        u = curve.angle1 if t == 1.0 else curve.angle0
+        return -sense * math.sin(u), sense * math.cos(u)
+    x, y = _direction(curve, t).tolist()
+    return x, y
 
 
 def _direction(curve: Curve, t: float) -> Float:
-    if isinstance(curve, Line):
-        first = curve.end - curve.start
-        return first / np.hypot(*first)
+    """Unit tangent of any curve."""
     first = np.asarray(curve.derivative(np.array([t])), float)[0]
-    if isinstance(curve, CircularArc):
-        return first / np.hypot(*first)
     sign = 1.0 if t == 0.0 else -1.0
     low, high = np.asarray(curve.bounding_box(), float)
     extent = float(np.hypot(*(high - low)))
@@ -71,12 +82,12 @@ def _direction(curve: Curve, t: float) -> Float:
 
 def interior_angle(before: Curve, after: Curve) -> float:
     """Angle in degrees in [0, 360] of the material (on the left) where ``before`` meets ``after``."""
-    incoming, outgoing = end_direction(before), start_direction(after)
+    incoming, outgoing = _tangent(before, 1.0), _tangent(after, 0.0)
     back = math.atan2(-incoming[1], -incoming[0])
     angle = math.degrees(back - math.atan2(outgoing[1], outgoing[0])) % 360.0
     if min(angle, 360.0 - angle) > _CUSP:
         return angle
-    if material_in_cusp(before, after, outgoing):
+    if material_in_cusp(before, after, np.array(outgoing)):
         return angle if angle < 180.0 else 0.0
     return angle if angle > 180.0 else 360.0
 

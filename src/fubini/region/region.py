@@ -9,16 +9,20 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fubini.curves import Curve
+from fubini.curves import Curve, track
 from fubini.errors import GeometryError
 from fubini.region.corners import Corner, interior_angle
 from fubini.region.loop import Loop
 from fubini.region.membership import Membership
 from fubini.region.problems import Problem, find_problems
 from fubini.tolerance import VERTEX_GAP
+from fubini.tracks import TrackBuilder, Tracks, rounded
 
 Float = NDArray[np.float64]
 Bool = NDArray[np.bool_]
+
+#: ``Region.rounded_tracks`` are rounded to the diagonal over two to this.
+GRID_BITS = 32
 
 
 @dataclass(frozen=True)
@@ -105,17 +109,17 @@ class Region:
         )
         return Region(turned(self.outer), tuple(holes), self.name)
 
-    @property
+    @cached_property
     def loops(self) -> tuple[Loop, ...]:
         """The outer loop, then the holes."""
         return (self.outer, *self.holes)
 
-    @property
+    @cached_property
     def curves(self) -> tuple[Curve, ...]:
         """All curves, loop by loop."""
         return tuple(c for loop in self.loops for c in loop.curves)
 
-    @property
+    @cached_property
     def edges(self) -> tuple[int, ...]:
         """CAD edge index of each of ``curves``."""
         return tuple(e for loop in self.loops for e in loop.edges)
@@ -172,17 +176,42 @@ class Region:
         return self._membership.contains(np.asarray(points, float).reshape(-1, 2), slack)
 
     @cached_property
+    def corner_angles(self) -> Float:
+        """Interior angle (c,) in degrees at the joint before each of ``curves``: see ``Corner``."""
+        around = [
+            interior_angle(before, curve)
+            for loop in self.loops
+            for before, curve in zip(loop.curves[-1:] + loop.curves[:-1], loop.curves, strict=True)
+        ]
+        return np.array(around)
+
+    @cached_property
     def _corners(self) -> tuple[Corner, ...]:
-        found = []
-        for k, loop in enumerate(self.loops):
-            for i, curve in enumerate(loop.curves):
-                x, y = (float(c) for c in curve.start)
-                found.append(Corner(k, i, (x, y), interior_angle(loop.curves[i - 1], curve)))
-        return tuple(found)
+        joints = [
+            (k, i, tuple(curve.start.tolist()))
+            for k, loop in enumerate(self.loops)
+            for i, curve in enumerate(loop.curves)
+        ]
+        angles = self.corner_angles.tolist()
+        return tuple(Corner(*joint, angle) for joint, angle in zip(joints, angles, strict=True))
 
     def corners(self) -> tuple[Corner, ...]:
         """The joint before every curve, with its interior angle; smooth joints included."""
         return self._corners
+
+    @cached_property
+    def tracks(self) -> Tracks:
+        """The curves as tracks, each in the direction of its edge; not to be written to."""
+        builder = TrackBuilder()
+        for loop in self.loops:
+            for curve, along in zip(loop.curves, loop.forward, strict=True):
+                track(builder, curve, backwards=not along)
+        return builder.build()
+
+    @cached_property
+    def rounded_tracks(self) -> Tracks:
+        """``tracks`` rounded to ``GRID_BITS``; not to be written to."""
+        return rounded(self.tracks, self.diagonal, GRID_BITS)
 
     def validate(self, tolerance: float | None = None) -> tuple[Problem, ...]:
         """Everything that keeps the loops from bounding a region; empty when they do.

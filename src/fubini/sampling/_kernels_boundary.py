@@ -1,6 +1,6 @@
 """Compiled parts of the boundary discretisation: the nodes of all edges, the boundary of one face, its gaps.
 
-For the tables of sizes (``first``, ``t``, ``s``, ``h``) see ``_kernels_sizes``.
+For the tables of sizes (``span`` or ``first``, ``t``, ``s``, ``h``) see ``_kernels_sizes``.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ import math
 import numpy as np
 
 from fubini._jit import inner, kernel
+from fubini.sampling._kernels_sizes import gathered, grade, lower_face, too_large
 from fubini.tracks._kernels import evaluate_one
 
 
@@ -96,8 +97,9 @@ def edge_metric(first, s, h, e, low, high):
     for i in range(a + 1, b + 1):
         if s[i] <= low:
             continue
-        right = min(s[i], high)
-        h_right = interpolate(right, s, h, a, b)
+        right, h_right = s[i], h[i]
+        if right > high:
+            right, h_right = high, interpolate(high, s, h, a, b)
         total += metric_length(right - left, h_left, h_right)
         left, h_left = right, h_right
         if s[i] >= high:
@@ -154,8 +156,9 @@ def place_nodes(first, s, t, h, radius, step, counts, node_first, node_t):
         for i in range(a + 1, b + 1):
             if s[i] <= low:
                 continue
-            right = min(s[i], high)
-            h_right = interpolate(right, s, h, a, b)
+            right, h_right = s[i], h[i]
+            if right > high:
+                right, h_right = high, interpolate(high, s, h, a, b)
             m = metric_length(right - left, h_left, h_right)
             while k < pieces and k * part_length <= passed + m:
                 at = left + metric_position(k * part_length - passed, right - left, h_left, h_right)
@@ -169,12 +172,16 @@ def place_nodes(first, s, t, h, radius, step, counts, node_first, node_t):
 
 
 @kernel(allocates=True)
-def lay_nodes(first, t, s, cap, h, radius, step, at_least, g, most):
+def lay_nodes(span, t, s, h, ends, radius, step, vertex_size, vertex_leg, longest, at_least, g, most):
     """Nodes of all edges: counts (e,) of segments, node_first (e + 1,) and the parameters node_t.
 
-    See ``envelope``, ``count_nodes`` and ``place_nodes``. No nodes are laid where they would be more than ``most``, or
-    an edge cannot be counted (its count is below 1): node_t is empty then.
+    See ``grade``, ``envelope``, ``count_nodes`` and ``place_nodes``; radius, vertex_size and vertex_leg change. None
+    are laid where they would be more than ``most``, or an edge cannot be counted (its count is below 1): node_t is
+    empty then.
     """
+    first, t, s, cap = gathered(span, t, s, h)
+    h = cap.copy()
+    grade(first, s, h, ends, radius, vertex_size, vertex_leg, g, longest)
     first, t, s, h = envelope(first, t, s, cap, h, g)
     edges = first.shape[0] - 1
     counts, node_first = np.empty(edges, np.int64), np.empty(edges + 1, np.int64)
@@ -190,6 +197,20 @@ def lay_nodes(first, t, s, cap, h, radius, step, at_least, g, most):
     node_t = np.empty(total + edges)
     place_nodes(first, s, t, h, radius, step, counts, node_first, node_t)
     return counts, node_first, node_t
+
+
+@kernel
+def find_moved(first, t, first_before, t_before, most, moved):
+    """Mark edges (e,) whose nodes are more or fewer than before, or moved by over ``most`` times a segment beside."""
+    for e in range(moved.shape[0]):
+        a, b, ahead = first[e], first[e + 1] - 1, first_before[e] - first[e]
+        moved[e] = first_before[e + 1] - 1 - ahead != b
+        if not moved[e]:
+            for i in range(a + 1, b):
+                j = i + ahead
+                least = min(t_before[j] - t_before[j - 1], t_before[j + 1] - t_before[j])
+                if abs(t[i] - t_before[j]) > most * least:
+                    moved[e] = 1
 
 
 @inner(allocates=True)
@@ -292,14 +313,20 @@ def gap_sizes(points, triangles, neighbours, size, angle, sharp, g, factor, want
             foot[segment] = q
             foot_want[segment] = gap
     for _sweep in range(4):
+        changed = False
         for t in range(triangles.shape[0]):
             for i in range(3):
                 a, b = triangles[t, i], triangles[t, (i + 1) % 3]
-                if angle[a] < sharp or angle[b] < sharp:
+                if want[a] > want[b]:
+                    a, b = b, a
+                if want[a] == want[b] or angle[a] < sharp or angle[b] < sharp:
                     continue
-                reach = g * math.hypot(points[a, 0] - points[b, 0], points[a, 1] - points[b, 1])
-                want[b] = min(want[b], want[a] + reach)
-                want[a] = min(want[a], want[b] + reach)
+                reach = want[a] + g * math.hypot(points[a, 0] - points[b, 0], points[a, 1] - points[b, 1])
+                if reach < want[b]:
+                    want[b] = reach
+                    changed = True
+        if not changed:
+            break
 
 
 @inner
@@ -317,26 +344,41 @@ def corner_ratio(points, segments, want, v):
     return ratio, leave, reach
 
 
-@kernel(allocates=True)
-def see_gaps(points, segments, triangles, neighbours, size, angle, sharp, g, factor, least, threshold, leg_threshold):
-    """What ``gap_sizes`` asks for, no less than ``least``, and whether any of it is too far below the present.
+@inner
+def is_narrow(points, segments, size, angle, sharp, want, foot, foot_want, threshold, leg_threshold):
+    """Whether less is wanted than ``threshold`` times the present size anywhere.
 
-    Too far is below ``threshold`` times the present size at a node or a foot, or ``leg_threshold`` times the base
-    of the triangle in a sharp corner. Returns want (n,), foot (k,), foot_want (k,) and 1 or 0.
+    Of the triangle in a sharp corner, less than ``leg_threshold`` times its base.
+    """
+    for k in range(segments.shape[0]):
+        if too_large(segments, size, want, foot, foot_want, threshold, k):
+            return True
+    for v in range(points.shape[0]):
+        if angle[v] < sharp and corner_ratio(points, segments, want, v)[0] < leg_threshold:
+            return True
+    return False
+
+
+@kernel(allocates=True)
+def look_across(
+    points, segments, track, params, size, angle, edges, triangles, neighbours, sharp, g, factor, least, threshold,
+    leg_threshold, span, t, s, h, fill, changed,
+):  # fmt: skip
+    """Lower the tables of a face to what ``gap_sizes`` asks for, no less than ``least``, where it is too narrow.
+
+    See ``is_narrow`` and ``lower_face``. Returns what is wanted at the nodes (n,), 1 where the face is too narrow or 0,
+    and what ``lower_face`` does.
     """
     n, k = points.shape[0], segments.shape[0]
     want, foot, foot_want = np.empty(n), np.empty(k), np.empty(k)
     gap_sizes(points, triangles, neighbours, size, angle, sharp, g, factor, want, foot, foot_want)
-    narrow = 0
     for v in range(n):
         want[v] = max(want[v], least)
-    for s in range(k):
-        a, b = segments[s, 0], segments[s, 1]
-        foot_want[s] = max(foot_want[s], least)
-        present = foot[s] * size[b] + (1.0 - foot[s]) * size[a]
-        if foot_want[s] < threshold * present or want[a] < threshold * size[a] or want[b] < threshold * size[b]:
-            narrow = 1
-    for v in range(n):
-        if angle[v] < sharp and corner_ratio(points, segments, want, v)[0] < leg_threshold:
-            narrow = 1
-    return want, foot, foot_want, narrow
+    for i in range(k):
+        foot_want[i] = max(foot_want[i], least)
+    if not is_narrow(points, segments, size, angle, sharp, want, foot, foot_want, threshold, leg_threshold):
+        return want, 0, fill, 0
+    fill, missing = lower_face(
+        edges, segments, track, params, size, want, foot, foot_want, threshold, span, t, s, h, fill, changed
+    )  # fmt: skip
+    return want, 1, fill, missing

@@ -1,7 +1,8 @@
 """Compiled tables of the size along edges: sampled from the curves, graded, lowered.
 
-Edges are stored flat: samples ``first[e] .. first[e + 1]`` of edge e hold the parameter ``t``, the
-arc length ``s`` and the wanted size ``h`` there; between samples ``h`` is linear in ``s``.
+Samples of all edges lie in one pool: rows ``span[e, 0] .. span[e, 1] - 1`` are those of edge e and hold the parameter
+``t``, the arc length ``s`` and the wanted size ``h``; between samples ``h`` is linear in ``s``. A table that changes is
+written anew behind all others. Where tables lie one behind the other, ``first[e] .. first[e + 1]`` delimits them.
 """
 
 from __future__ import annotations
@@ -13,19 +14,27 @@ import numpy as np
 from fubini._jit import inner, kernel
 from fubini.tracks._kernels import evaluate_one
 
+#: Curves are sampled more densely where segments are to turn by less than this (radians), up to so many samples.
+FINE_TURN, MOST_SAMPLES = 0.75, 16385
+#: Half-diameters that differ by less than this, relative to their squares, make a circle.
+ROUND = 1e-9
+#: A size is lowered where less than this share of the present one is asked for.
+LOWER = 0.999
+
 
 @inner
-def turning_sizes(x, y, s, turn, a, n, angle, out):
-    """Size at the samples a .. a + n - 1 of a polyline x, y with arc lengths s: it turns by ``turn`` radians there.
+def turning_sizes(x, y, s, turn, angle, out):
+    """Size at the samples of a polyline x, y with arc lengths s (n,): it turns by ``turn`` radians there.
 
     The narrowest window about the sample over which the tangent turns by ``turn`` is the size; an
     isolated kink that turns by less does not call for small elements, however small its radius.
-    Writes into out; ``angle`` is scratch space.
+    Writes into out (n,); ``angle`` is scratch space.
     """
-    previous = math.atan2(y[a + 1] - y[a], x[a + 1] - x[a])
+    n = s.shape[0]
+    previous = math.atan2(y[1] - y[0], x[1] - x[0])
     total = 0.0
-    angle[a] = 0.0
-    for i in range(a + 1, a + n):
+    angle[0] = 0.0
+    for i in range(1, n):
         d = math.atan2(y[i] - y[i - 1], x[i] - x[i - 1])
         step = d - previous
         if step > math.pi:
@@ -35,10 +44,10 @@ def turning_sizes(x, y, s, turn, a, n, angle, out):
         previous = d
         total += abs(step)
         angle[i] = total
-    low = a
-    for i in range(a, a + n):
+    low = 0
+    for i in range(n):
         out[i] = np.inf
-    for high in range(a + 1, a + n):
+    for high in range(1, n):
         while angle[high] - angle[low] >= turn:
             window = s[high] - s[low]
             for i in range(low, high + 1):
@@ -47,54 +56,114 @@ def turning_sizes(x, y, s, turn, a, n, angle, out):
             low += 1
 
 
-@kernel(allocates=True)
-def sample_tracks(kinds, offsets, data, which, count, turn, most, pieces):
-    """Tables (first, t, s, h) of the tracks ``which`` (e,), each sampled at ``count`` (e,) even parameters.
+@inner
+def circle_radius(data, o):
+    """Radius of the conic whose data starts at ``o`` if it is a circle, or an arc of one; else 0."""
+    ax, ay, bx, by = data[o + 6], data[o + 7], data[o + 8], data[o + 9]
+    square = ax * ax + ay * ay
+    if abs(square - bx * bx - by * by) > ROUND * square or abs(ax * bx + ay * by) > ROUND * square:
+        return 0.0
+    return math.sqrt(square) if data[o + 10] != data[o + 11] else 0.0
 
-    Samples that do not get ahead are left out. ``h`` is the size bound by the turning of the curve, by ``most`` (e,)
-    and by the length over ``pieces`` (e,).
+
+@inner
+def sample_count(kinds, offsets, data, track, finer):
+    """Samples to take of a track: two of a line, more of a curve with many pieces."""
+    if kinds[track] == 0:
+        return np.int64(2)
+    count = np.int64(129)
+    if kinds[track] == 2:
+        count = min(4097, max(65, 16 * np.int64(data[offsets[track] + 4]) + 1))
+    return min(MOST_SAMPLES, (count - 1) * finer + 1)
+
+
+@inner
+def walk(kinds, offsets, data, track, count, n, t, s, x, y):
+    """Samples of a track at even parameters, from n on; those that do not get ahead are left out. The new n."""
+    step, length = 1.0 / (count - 1), 0.0
+    last_x = last_y = 0.0
+    for i in range(count):
+        at = 1.0 if i == count - 1 else i * step
+        px, py = evaluate_one(kinds, offsets, data, track, at)
+        ahead = math.hypot(px - last_x, py - last_y) if i > 0 else 0.0
+        last_x, last_y = px, py
+        longer = length + ahead
+        if i == 0 or longer > length:
+            t[n], s[n], x[n], y[n] = at, longer, px, py
+            n += 1
+        length = longer
+    return n
+
+
+@kernel(allocates=True)
+def sample_tracks(kinds, offsets, data, which, turn, most, pieces, dense):
+    """Tables (span, t, s, h) of the tracks ``which`` (e,).
+
+    ``h`` is the size bound by the turning of the curve, by ``most`` (e,) and by the length over ``pieces`` (e,).
+    Circles, whose tables are straight lines, get two samples unless ``dense``.
     """
-    edges, room = which.shape[0], 0
+    edges, room, longest = which.shape[0], 0, 2
+    finer = max(1, np.int64(math.ceil(FINE_TURN / turn)))
+    count = np.empty(edges, np.int64)
     for e in range(edges):
+        count[e] = sample_count(kinds, offsets, data, which[e], finer)
+        if kinds[which[e]] == 1 and not dense and circle_radius(data, offsets[which[e]]) > 0.0:
+            count[e] = 2
         room += count[e]
-    first = np.empty(edges + 1, np.int64)
+        longest = max(longest, count[e])
+    span = np.empty((edges, 2), np.int64)
     t, s, h = np.empty(room), np.empty(room), np.empty(room)
-    x, y, angle = np.empty(room), np.empty(room), np.empty(room)
+    x, y, angle = np.empty(longest), np.empty(longest), np.empty(longest)
     n = 0
     for e in range(edges):
-        first[e] = n
-        step, length = 1.0 / (count[e] - 1), 0.0
-        last_x = last_y = 0.0
-        for i in range(count[e]):
-            at = 1.0 if i == count[e] - 1 else i * step
-            px, py = evaluate_one(kinds, offsets, data, which[e], at)
-            ahead = math.hypot(px - last_x, py - last_y) if i > 0 else 0.0
-            last_x, last_y = px, py
-            longer = length + ahead
-            if i == 0 or longer > length:
-                t[n], s[n], x[n], y[n], h[n] = at, longer, px, py, np.inf
+        a, o = n, np.int64(offsets[which[e]])
+        if kinds[which[e]] == 1 and count[e] == 2:
+            radius, sweep = circle_radius(data, o), abs(data[o + 11] - data[o + 10])
+            bound = radius * turn if sweep >= turn else np.inf
+            for i in range(2):
+                t[n], s[n], h[n] = i, i * radius * sweep, bound
                 n += 1
-            length = longer
-        if kinds[which[e]] != 0:
-            turning_sizes(x, y, s, turn, first[e], n - first[e], angle, h)
-        bound = min(most[e], length / pieces[e])
-        for i in range(first[e], n):
+        else:
+            n = a + walk(kinds, offsets, data, which[e], count[e], 0, t[a:], s[a:], x, y)
+            if kinds[which[e]] != 0:
+                turning_sizes(x, y, s[a:n], turn, angle, h[a:n])
+            else:
+                for i in range(a, n):
+                    h[i] = np.inf
+        bound = min(most[e], s[n - 1] / pieces[e])
+        for i in range(a, n):
             h[i] = min(h[i], bound)
+        span[e, 0], span[e, 1] = a, n
+    return span, t, s, h
+
+
+@inner(allocates=True)
+def gathered(span, t, s, h):
+    """The tables one behind the other: ``first`` (e + 1,), t, s, h."""
+    edges, n = span.shape[0], 0
+    first = np.empty(edges + 1, np.int64)
+    for e in range(edges):
+        first[e] = n
+        n += span[e, 1] - span[e, 0]
     first[edges] = n
-    return first, t[:n], s[:n], h[:n]
+    out_t, out_s, out_h = np.empty(n), np.empty(n), np.empty(n)
+    for e in range(edges):
+        ahead = first[e] - span[e, 0]
+        for i in range(span[e, 0], span[e, 1]):
+            out_t[ahead + i], out_s[ahead + i], out_h[ahead + i] = t[i], s[i], h[i]
+    return first, out_t, out_s, out_h
 
 
-@kernel
-def relax_edge(s, h, g):
-    """Limit the growth of h (n,) along s (n,) to g, in place."""
-    n = s.shape[0]
-    for i in range(1, n):
+@inner
+def relax_edge(s, h, a, b, g):
+    """Limit the growth of h along s to g from sample a to b, in place."""
+    for i in range(a + 1, b + 1):
         h[i] = min(h[i], h[i - 1] + g * (s[i] - s[i - 1]))
-    for i in range(n - 2, -1, -1):
+    for i in range(b - 1, a - 1, -1):
         h[i] = min(h[i], h[i + 1] + g * (s[i + 1] - s[i]))
 
 
-@kernel
+@inner
 def grade(first, s, h, ends, radius, vertex_size, vertex_leg, g, longest):
     """Limit the growth of sizes along all edges and through the vertices that they share.
 
@@ -122,7 +191,7 @@ def grade(first, s, h, ends, radius, vertex_size, vertex_leg, g, longest):
                         changed = True
                 elif h[at] > vertex_size[v]:
                     h[at] = vertex_size[v]
-            relax_edge(s[a : b + 1], h[a : b + 1], g)
+            relax_edge(s, h, a, b, g)
             for i in range(2):
                 v = ends[e, i]
                 at = a if i == 0 else b
@@ -134,6 +203,13 @@ def grade(first, s, h, ends, radius, vertex_size, vertex_leg, g, longest):
     return 100
 
 
+@kernel(allocates=True)
+def shorten_legs(span, t, s, h, ends, radius, vertex_size, vertex_leg, g, longest):
+    """Shorten the protected lengths ``radius`` (e, 2) to fit the graded sizes, in place: see ``grade``."""
+    first, _, along, sizes = gathered(span, t, s, h)
+    grade(first, along, sizes, ends, radius, vertex_size, vertex_leg, g, longest)
+
+
 @inner
 def between(x, x0, x1, y0, y1):
     """Value at x of the line from (x0, y0) to (x1, y1)."""
@@ -143,7 +219,13 @@ def between(x, x0, x1, y0, y1):
 
 
 @inner
-def gather_nodes(params, low, high, start_want, end_want, foot, foot_want, node, value):
+def asked(want, size, v):
+    """Size wanted at node v; infinite where that is no less than what it has: it asks for nothing."""
+    return want[v] if want[v] < LOWER * size[v] else np.inf
+
+
+@inner
+def gather_nodes(segments, params, low, high, size, want, foot, foot_want, node, value):
     """Places on one edge, ascending, and the sizes asked there, from its segments low .. high - 1; their number.
 
     Every segment gives its ends and, between them, its foot. Of sizes in one place the least counts.
@@ -152,15 +234,20 @@ def gather_nodes(params, low, high, start_want, end_want, foot, foot_want, node,
     n = 0
     for q in range(high - low):
         k = low + q if forward else high - 1 - q
-        a, b = (params[k, 0], params[k, 1]) if forward else (params[k, 1], params[k, 0])
-        wa, wb = (start_want[k], end_want[k]) if forward else (end_want[k], start_want[k])
-        f = min(b, max(a, params[k, 0] + foot[k] * (params[k, 1] - params[k, 0])))
+        near, far = (0, 1) if forward else (1, 0)
+        f = min(params[k, far], max(params[k, near], params[k, 0] + foot[k] * (params[k, 1] - params[k, 0])))
         for place in range(3):
-            at, want = (a, wa) if place == 0 else ((f, foot_want[k]) if place == 1 else (b, wb))
-            if n > 0 and node[n - 1] == at:
-                value[n - 1] = min(value[n - 1], want)
+            if place == 1:
+                at = f
+                present = foot[k] * size[segments[k, 1]] + (1.0 - foot[k]) * size[segments[k, 0]]
+                least = foot_want[k] if foot_want[k] < LOWER * present else np.inf
             else:
-                node[n], value[n] = at, want
+                side = near if place == 0 else far
+                at, least = params[k, side], asked(want, size, segments[k, side])
+            if n > 0 and node[n - 1] == at:
+                value[n - 1] = min(value[n - 1], least)
+            else:
+                node[n], value[n] = at, least
                 n += 1
     return n
 
@@ -180,39 +267,78 @@ def fill_free(t, s, h, a, b, node, value, n):
             value[q] = between(at, s[j], s[j + 1], h[j], h[j + 1])
 
 
-@kernel(allocates=True)
-def lower_tables(first, t, s, h, seg_first, params, start_want, end_want, foot, foot_want):
-    """Lower the tables of edges to the sizes asked at the nodes and feet of their segments.
+@inner
+def lower_edge(t, s, h, a, b, node, value, n, fill):
+    """Write the table of samples a .. b, lowered to the sizes ``value`` at places ``node`` (n,), to rows from ``fill``.
 
-    Table and segments of edge e are ``first[e] ..`` and ``seg_first[e] ..``; an infinite size asks for nothing: it
-    keeps what is asked elsewhere from spreading. Returns new first, t, s, h, and changed (e,), 0 where no size fell.
+    Returns the row behind it, and whether a size fell.
     """
-    edges = first.shape[0] - 1
-    room = t.shape[0] + 3 * foot.shape[0]
-    new_first, changed = np.empty(edges + 1, np.int64), np.empty(edges, np.uint8)
-    out_t, out_s, out_h = np.empty(room), np.empty(room), np.empty(room)
-    node, value = np.empty(3 * foot.shape[0] + 1), np.empty(3 * foot.shape[0] + 1)
-    m = 0
-    for e in range(edges):
-        new_first[e], changed[e] = m, 0
-        a, b = first[e], first[e + 1] - 1
-        n = gather_nodes(params, seg_first[e], seg_first[e + 1], start_want, end_want, foot, foot_want, node, value)
-        fill_free(t, s, h, a, b, node, value, n)
-        i, q, before = a, 0, -1.0
-        while i <= b or q < n:
-            at = min(t[i] if i <= b else 2.0, node[q] if q < n else 2.0)
-            left = min(max(a, i if i <= b and t[i] == at else i - 1), b - 1)
-            along = between(at, t[left], t[left + 1], s[left], s[left + 1])
-            size = between(along, s[left], s[left + 1], h[left], h[left + 1])
-            near = min(max(0, q if q < n and node[q] == at else q - 1), n - 2)
-            asked = between(at, node[near], node[near + 1], value[near], value[near + 1])
-            if m == new_first[e] or along - before > 1e-14 * s[b]:
-                out_t[m], out_s[m], out_h[m] = at, along, min(size, asked)
-                if out_h[m] < 0.999 * size:
-                    changed[e] = 1
-                m += 1
-            before = along
-            i += 1 if i <= b and t[i] == at else 0
-            q += 1 if q < n and node[q] == at else 0
-    new_first[edges] = m
-    return new_first, out_t[:m], out_s[:m], out_h[:m], changed
+    fell = False
+    m, i, q, before = fill, a, 0, -1.0
+    while i <= b or q < n:
+        at = min(t[i] if i <= b else 2.0, node[q] if q < n else 2.0)
+        left = min(max(a, i if i <= b and t[i] == at else i - 1), b - 1)
+        along = between(at, t[left], t[left + 1], s[left], s[left + 1])
+        size = between(along, s[left], s[left + 1], h[left], h[left + 1])
+        near = min(max(0, q if q < n and node[q] == at else q - 1), n - 2)
+        wanted = between(at, node[near], node[near + 1], value[near], value[near + 1])
+        if m == fill or along - before > 1e-14 * s[b]:
+            t[m], s[m], h[m] = at, along, min(size, wanted)
+            fell |= h[m] < LOWER * size
+            m += 1
+        before = along
+        i += 1 if i <= b and t[i] == at else 0
+        q += 1 if q < n and node[q] == at else 0
+    return m, fell
+
+
+@inner
+def too_large(segments, size, want, foot, foot_want, threshold, k):
+    """Whether at segment k less is wanted than ``threshold`` times what there is."""
+    a, b = segments[k, 0], segments[k, 1]
+    present = foot[k] * size[b] + (1.0 - foot[k]) * size[a]
+    return want[a] < threshold * size[a] or want[b] < threshold * size[b] or foot_want[k] < threshold * present
+
+
+@inner(allocates=True)
+def lower_face(
+    edges, segments, track, params, size, want, foot, foot_want, threshold, span, t, s, h, fill, changed
+):  # fmt: skip
+    """Lower the tables of the curves of a face that have a segment too large, to all that is wanted on them.
+
+    ``want`` (n,) at the nodes, ``foot_want`` (k,) at the share ``foot`` (k,) of each segment; where nothing is asked
+    the present size keeps what is asked elsewhere from spreading. ``changed`` (e,) becomes 1 where a size fell. Returns
+    the number of rows of the pool in use, and how many are missing for the rest.
+    """
+    count = track.shape[0]
+    node, value = np.empty(3 * count + 1), np.empty(3 * count + 1)
+    low = 0
+    while low < count:
+        high, some = low, False
+        while high < count and track[high] == track[low]:
+            some = some or too_large(segments, size, want, foot, foot_want, threshold, high)
+            high += 1
+        if some:
+            e = edges[track[low]]
+            a, b = span[e, 0], span[e, 1] - 1
+            missing = fill + (b - a) + 1 + 3 * (high - low) - t.shape[0]
+            if missing > 0:
+                return fill, missing
+            n = gather_nodes(segments, params, low, high, size, want, foot, foot_want, node, value)
+            fill_free(t, s, h, a, b, node, value, n)
+            end, fell = lower_edge(t, s, h, a, b, node, value, n, fill)
+            if fell:
+                span[e, 0], span[e, 1], changed[e] = fill, end, 1
+                fill = end
+        low = high
+    return fill, 0
+
+
+@kernel(allocates=True)
+def lower_tables(
+    edges, segments, track, params, size, want, foot, foot_want, threshold, span, t, s, h, fill, changed
+):  # fmt: skip
+    """``lower_face`` for Python."""
+    return lower_face(
+        edges, segments, track, params, size, want, foot, foot_want, threshold, span, t, s, h, fill, changed
+    )  # fmt: skip

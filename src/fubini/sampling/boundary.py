@@ -8,7 +8,7 @@ segment of the same length, so that the one triangle there is isosceles.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from fubini.errors import GeometryError
 from fubini.sampling import _kernels_boundary as kernels
-from fubini.sampling import _kernels_sizes
+from fubini.sampling import _kernels_sizes as kernels_of_sizes
 from fubini.sampling.legs import SHARP, Legs
 from fubini.sampling.outline import Outline
 from fubini.sampling.tables import EdgeTables, SizeOptions, sample_track
@@ -24,17 +24,17 @@ from fubini.sampling.tangles import chords_to_halve
 from fubini.tracks import evaluate
 from fubini.triangulation._kernels_cdt import triangulate
 from fubini.triangulation.constrained import constrained_delaunay
-from fubini.triangulation.value import CORNER, FROZEN, LOCKED, Boundary
+from fubini.triangulation.value import CORNER, FROZEN, LOCKED, Boundary, Byte
 
 Float = NDArray[np.float64]
 Int = NDArray[np.int64]
 
 #: A gap is resolved when the nodes beside it are no further apart than the wanted size over this.
 RESOLVED = 0.85
+#: Gaps are not looked for again where no node has moved by more than this share of the segments beside it.
+CREEP = 0.1
 #: The triangle of a sharp corner may be this much larger than the gap beside it asks for.
 LEG_RESOLVED = 0.85
-#: A size is lowered where less than this share of the present one is asked for.
-LOWER = 0.999
 
 
 class BoundarySizing:
@@ -51,11 +51,16 @@ class BoundarySizing:
         self.outlines = outlines
         self.ends = np.array(ends, np.int64, order="C")
         self.options = options
-        self.uses = np.bincount(np.concatenate([outline.edges for outline in outlines]), minlength=len(ends))
+        self._edges = np.concatenate([outline.edges for outline in outlines])
+        self._face = np.repeat(np.arange(len(outlines)), [len(outline.edges) for outline in outlines])
+        self.uses = np.bincount(self._edges, minlength=len(ends))
         self.tables = EdgeTables(outlines, len(ends), options)
         self.legs = Legs(outlines, self.ends, options, self.tables)
-        if self.legs.radius.any():
-            self._grade(self.legs.radius)
+        self._sharp = bool(self.legs.radius.any())
+        self._no_steps = np.zeros((len(ends), 2))
+        self._seen: dict[int, tuple[EdgeNodes, Boundary]] = {}
+        if self._sharp:
+            kernels_of_sizes.shorten_legs(*self.tables.pool, self.ends, self.legs.radius, *self._limits())
             self.legs.longest[:] = 1.0 / options.gradient
             self.legs.lengthen()
 
@@ -65,16 +70,20 @@ class BoundarySizing:
         Raises GeometryError when the boundary of a face cannot be triangulated at any size, or not
         within the budget of nodes; its ``face`` and ``edge`` are running numbers, ``at`` plane coordinates.
         """
-        dirty = set(range(len(self.outlines)))
+        nodes = self._place()
+        dirty: Iterable[int] = range(len(self.outlines))
         for round_ in range(self.options.rounds):
-            nodes = self._place()
-            changed: set[int] = set()
-            for f in sorted(dirty):
-                changed |= self._look_across(f, nodes, last=round_ == self.options.rounds - 1)
-            if not changed:
-                return nodes
-            dirty = self._faces_of(changed)
-        return self._place()
+            changed, moved = np.zeros((2, len(self.ends)), np.uint8)
+            last = round_ == self.options.rounds - 1
+            tangled = [f for f in dirty if self._look_across(f, nodes, changed, last)]
+            if not changed.any():
+                break
+            before, nodes = nodes, self._place()
+            kernels.find_moved(nodes.first, nodes.t, before.first, before.t, CREEP, moved)
+            dirty = np.union1d(self._face[moved[self._edges] > 0], tangled).astype(int).tolist()
+            if not dirty:
+                break
+        return nodes
 
     def lower_near(self, face: int, places: ArrayLike, nodes: EdgeNodes, factor: float) -> bool:
         """Ask for smaller segments of one face near ``places`` (k, 2); False when nothing changed."""
@@ -85,29 +94,32 @@ class BoundarySizing:
         if not near.any():
             near[np.argmin(distance)] = True
         want = np.where(near, factor * boundary.size, boundary.size)
-        return bool(self._lower(face, boundary, want, None, 0.97))
+        changed = np.zeros(len(self.ends), np.uint8)
+        free = np.zeros(len(boundary.t)), np.full(len(boundary.t), np.inf)
+        self._lower(face, boundary, want, free, 0.97, changed)
+        return bool(changed.any())
 
     def _place(self) -> EdgeNodes:
         """Nodes of all edges from the present sizes."""
-        radius = self.legs.radius.copy()
-        first, t, s, cap, h = self._grade(radius)
+        radius, steps = self.legs.radius.copy(), self._no_steps
+        if self._sharp:
+            kernels_of_sizes.shorten_legs(*self.tables.pool, self.ends, radius, *self._limits())
+            steps = self.legs.steps(radius)
+        sizes, legs, gradient, longest = self._limits()
         counts, node_first, node_t = kernels.lay_nodes(
-            first, t, s, cap, h, radius, self.legs.steps(radius), self.tables.at_least, self.options.gradient,
+            *self.tables.pool, self.ends, radius, steps, sizes, legs, longest, self.tables.at_least, gradient,
             self.options.most,
         )  # fmt: skip
         if not len(node_t):
             self._refuse(counts)
         return EdgeNodes(node_first, node_t)
 
-    def _grade(self, radius: Float) -> tuple[Int, Float, Float, Float, Float]:
-        """Flat tables of the edges, sizes ungraded and graded; ``radius`` is shortened to fit the vertices."""
-        first, t, s, cap = self.tables.flat()
+    def _limits(self) -> tuple[Float, Float, float, Float]:
+        """Sizes and legs (v,) that vertices allow before grading, the growth, and the longest legs over those sizes."""
         sizes, legs = np.full((2, len(self.legs.longest)), np.inf)
         for v, asked in self.options.vertex_size.items():
             sizes[v] = asked
-        h = cap.copy()
-        _kernels_sizes.grade(first, s, h, self.ends, radius, sizes, legs, self.options.gradient, self.legs.longest)
-        return first, t, s, cap, h
+        return sizes, legs, self.options.gradient, self.legs.longest
 
     def _refuse(self, counts: NDArray[np.int64]) -> None:
         """Raise for the edge that would need most nodes."""
@@ -115,7 +127,7 @@ class BoundarySizing:
         face = next(f for f, outline in enumerate(self.outlines) if e in outline.edges)
         outline = self.outlines[face]
         j = int(np.flatnonzero(outline.edges == e)[0])
-        _, s, h = self.tables.of[e]
+        _, s, h = self.tables[e]
         at = evaluate(outline.tracks, j, np.interp(s[np.argmin(h)] / s[-1], [0, 1], [0, 1]))[0]
         raise GeometryError(
             f"the boundary would need more than {self.options.most:,} nodes",
@@ -124,6 +136,13 @@ class BoundarySizing:
 
     def boundary(self, face: int, nodes: EdgeNodes) -> Boundary:
         """The boundary of one face, built from the nodes of its edges."""
+        seen = self._seen.get(face)
+        if seen is None or seen[0] is not nodes:
+            seen = self._seen[face] = nodes, self._gather(face, nodes)
+        return seen[1]
+
+    def _gather(self, face: int, nodes: EdgeNodes) -> Boundary:
+        """The same, built anew."""
         outline = self.outlines[face]
         arrays = kernels.gather_face(
             *outline.tracks, outline.loop_first, outline.edges, outline.forward, outline.angles, self.uses,
@@ -134,25 +153,36 @@ class BoundarySizing:
             self.legs.hold(outline, whole)
         return whole if outline.inner == len(outline.edges) else welded(whole, outline.inner)
 
-    def _look_across(self, face: int, nodes: EdgeNodes, last: bool) -> set[int]:
-        """Triangulate the boundary of one face alone and lower sizes where it sees gaps."""
-        boundary, options = self.boundary(face, nodes), self.options
+    def _look_across(self, face: int, nodes: EdgeNodes, changed: Byte, last: bool) -> bool:
+        """Triangulate the boundary of one face alone and lower sizes where it sees gaps.
+
+        ``changed`` (e,) becomes 1 for the edges whose tables or legs change. True where chords cross.
+        """
+        boundary, options, outline = self.boundary(face, nodes), self.options, self.outlines[face]
         triangles, neighbours, _, lost, status = triangulate(boundary.points, boundary.segments, len(boundary.points))
         if len(lost) or len(triangles) == 0 or status:
             lost = constrained_delaunay(boundary.points, boundary).unrecovered
             if last:
                 k = int(lost[0]) if len(lost) else 0
                 at = boundary.points[boundary.segments[k, 0]]
-                edge = int(self.outlines[face].edges[boundary.track[k]])
+                edge = int(outline.edges[boundary.track[k]])
                 raise GeometryError("the boundary crosses or touches itself", face=face, edge=edge, at=at)
-            return self._untangle(face, boundary, lost)
-        want, foot, foot_want, narrow = kernels.see_gaps(
-            boundary.points, boundary.segments, triangles, neighbours, boundary.size, boundary.angle, SHARP,
-            options.gradient, options.gap, options.smallest * options.size, RESOLVED, LEG_RESOLVED,
-        )  # fmt: skip
-        return self._lower(face, boundary, want, (foot, foot_want), RESOLVED) if narrow else set()
+            self._untangle(face, boundary, lost, changed)
+            return True
+        missing = 1
+        while missing > 0:
+            want, narrow, self.tables.fill, missing = kernels.look_across(
+                boundary.points, boundary.segments, boundary.track, boundary.t, boundary.size, boundary.angle,
+                outline.edges, triangles, neighbours, SHARP, options.gradient, options.gap,
+                options.smallest * options.size, RESOLVED, LEG_RESOLVED, *self.tables.pool, self.tables.fill, changed,
+            )  # fmt: skip
+            if missing > 0:
+                self.tables.grow(missing)
+        if narrow and self._sharp:
+            self._shorten(outline, boundary, want, changed)
+        return False
 
-    def _untangle(self, face: int, boundary: Boundary, lost: NDArray[np.int32]) -> set[int]:
+    def _untangle(self, face: int, boundary: Boundary, lost: NDArray[np.int32], changed: Byte) -> None:
         """Chords cross where the curves do not: halve those that leave their curves most, on both sides."""
         outline = self.outlines[face]
         halve = chords_to_halve(outline.tracks, boundary, lost)
@@ -161,47 +191,33 @@ class BoundarySizing:
         want, foot_want = boundary.size.copy(), np.where(halve, 0.5 * length, np.inf)
         for side in (0, 1):
             np.minimum.at(want, boundary.segments[halve, side], 0.5 * length[halve])
-        feet = (np.full(len(length), 0.5), foot_want)
-        changed = self._lower(face, boundary, want, feet, RESOLVED)
+        self._lower(face, boundary, want, (np.full(len(length), 0.5), foot_want), RESOLVED, changed)
         for k in np.flatnonzero(halve).tolist():
-            changed |= self.legs.shrink(outline, boundary, k)
-        return changed
+            changed[list(self.legs.shrink(outline, boundary, k))] = 1
 
     def _lower(
-        self,
-        face: int,
-        boundary: Boundary,
-        want: Float,
-        feet: tuple[Float, Float] | None,
-        threshold: float,
-    ) -> set[int]:
+        self, face: int, boundary: Boundary, want: Float, feet: tuple[Float, Float], threshold: float, changed: Byte
+    ) -> None:
         """Write wanted sizes into the tables of the edges where they fall below ``threshold`` times the present.
 
         ``want`` (n,) holds sizes at the nodes; ``feet`` shares (k,) of the segments and sizes (k,) there.
-        Returns the edges whose tables changed.
+        ``changed`` (e,) becomes 1 for the edges whose tables or legs change.
         """
-        outline = self.outlines[face]
-        a, b = boundary.segments.T
-        low = (want < threshold * boundary.size)[boundary.segments].any(axis=1)
-        foot, foot_want = feet if feet is not None else (np.zeros(len(a)), np.full(len(a), np.inf))
-        share = foot * boundary.size[b] + (1.0 - foot) * boundary.size[a]
-        low |= foot_want < threshold * share
-        changed = self.legs.shorten(outline, boundary, want) if boundary.angle.min() < SHARP else set()
-        want = np.where(want < LOWER * boundary.size, want, np.inf)
-        foot_want = np.where(foot_want < LOWER * share, foot_want, np.inf)
-        tracks = np.unique(boundary.track[low])
-        if len(tracks):
-            changed.update(self.tables.lower(outline, boundary, (want[a], want[b], foot, foot_want), tracks))
-        return changed
+        outline, missing = self.outlines[face], 1
+        if self._sharp:
+            self._shorten(outline, boundary, want, changed)
+        while missing > 0:
+            self.tables.fill, missing = kernels_of_sizes.lower_tables(
+                outline.edges, boundary.segments, boundary.track, boundary.t, boundary.size, want, *feet, threshold,
+                *self.tables.pool, self.tables.fill, changed,
+            )  # fmt: skip
+            if missing > 0:
+                self.tables.grow(missing)
 
-    def _faces_of(self, edges: set[int]) -> set[int]:
-        """Faces whose discretisation may have changed with these edges (their vertices' edges too)."""
-        vertices = set(self.ends[sorted(edges)].ravel().tolist())
-        out = set()
-        for f, outline in enumerate(self.outlines):
-            if not vertices.isdisjoint(self.ends[outline.edges].ravel().tolist()):
-                out.add(f)
-        return out
+    def _shorten(self, outline: Outline, boundary: Boundary, want: Float, changed: Byte) -> None:
+        """Shorten the legs of sharp corners that are longer than wanted."""
+        if boundary.angle.min() < SHARP:
+            changed[list(self.legs.shorten(outline, boundary, want))] = 1
 
 
 @dataclass(frozen=True)

@@ -65,7 +65,7 @@ class Legs:
             if outline.angles[c] >= SHARP or (c == before and outline.angles[c] >= 180.0):
                 continue
             sides = corner_sides(outline, c, before)
-            most = LEG_SHARE * min(self.tables.of[e][1][-1] for e, _ in sides)
+            most = LEG_SHARE * min(self.tables[e][1][-1] for e, _ in sides)
             leg = self._leg_of_true_angle(outline, c, before, min(self.options.size, most))
             for e, i in sides:
                 old = self.radius[e, i]
@@ -78,7 +78,7 @@ class Legs:
         if not (flat & (self.radius > 0.0)).any():
             return
         shortest = np.full(len(self.longest), np.inf)
-        for (_t, s, _h), ends in zip(self.tables.of, self.ends, strict=True):
+        for (_t, s, _h), ends in zip(self.tables, self.ends, strict=True):
             shortest[ends] = np.minimum(shortest[ends], s[-1])
         for outline in self.outlines:
             for c, before in outline.pairs():
@@ -113,7 +113,7 @@ class Legs:
         """
         size, most_gaps = self.options.size, self._walled[-1][3]
         edges = (int(outline.edges[j]) for j in (c, before))
-        most = min(LONGEST_LEG * size, WALL_SHARE * shortest, LEG_SHARE * min(self.tables.of[e][1][-1] for e in edges))
+        most = min(LONGEST_LEG * size, WALL_SHARE * shortest, LEG_SHARE * min(self.tables[e][1][-1] for e in edges))
         leg, gap = start, self._opening(outline, c, before, start)
         while STEP * min(size, most_gaps * gap) < leg and 1.05 * leg <= most:
             wider = self._opening(outline, c, before, 1.05 * leg)
@@ -160,7 +160,7 @@ class Legs:
 
     def _leg_end(self, outline: Outline, j: int, side: int, leg: float) -> Float:
         """Point at arc length ``leg`` from the given end of curve j."""
-        t, s, _ = self.tables.of[outline.edges[j]]
+        t, s, _ = self.tables[outline.edges[j]]
         at = leg if side == 0 else s[-1] - leg
         return evaluate(outline.tracks, j, np.interp(at, s, t))[0]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,19 +12,17 @@ from numpy.typing import NDArray
 from fubini.curves import Curve, track
 from fubini.region import Region
 from fubini.region.corners import interior_angle
-from fubini.tracks import TrackBuilder, Tracks, rounded
+from fubini.region.region import GRID_BITS
+from fubini.tracks import TrackBuilder, Tracks, joined, rounded
 
 Float = NDArray[np.float64]
-
-#: Decisions are taken on coordinates rounded to the diagonal over two to this.
-GRID_BITS = 32
 
 
 @dataclass(frozen=True)
 class Outline:
     """One face as the boundary discretisation sees it: its curves as tracks, in loop order.
 
-    ``exact`` holds the curves as they are, ``tracks`` the same rounded to ``GRID_BITS``: decisions are
+    ``exact`` holds the curves as they are, ``tracks`` the same rounded (``Region.rounded_tracks``): decisions are
     taken on rounded curves, so that models that differ by rounding alone (a live object and its STEP
     file) get the same mesh; positions come from the exact ones. Track j is curve j in the direction
     of its edge. ``edges`` (c,) numbers the model's edges, ``forward`` (c,) tells whether the loop runs
@@ -46,34 +44,37 @@ class Outline:
     @classmethod
     def of(cls, region: Region, edge_number: Callable[[int], int], inner: Iterable[tuple[Curve, int]] = ()) -> Outline:
         """Outline of a region; ``edge_number`` turns its edge ids, and those of ``inner`` edges, into numbers."""
+        edges = np.array(list(map(edge_number, region.edges)), np.int64)
+        first = np.cumsum([0, *(len(loop.curves) for loop in region.loops)])
+        before = np.arange(-1, len(edges) - 1)
+        before[first[:-1]] = first[1:] - 1
+        outline = cls(
+            region.rounded_tracks, region.tracks, first, edges,
+            np.array(list(itertools.chain.from_iterable(loop.forward for loop in region.loops))),
+            np.round(region.corner_angles, 6), before, len(edges),
+        )  # fmt: skip
+        inside = [(curve, edge_number(edge)) for curve, edge in inner]
+        return outline._with_edges(region, inside) if inside else outline
+
+    def _with_edges(self, region: Region, inside: list[tuple[Curve, int]]) -> Outline:
+        """The same with edges inside the face: curves and numbers of edges."""
         builder = TrackBuilder()
-        edges, forward, first = [], [], [0]
-        for loop in region.loops:
-            for curve, edge, along in zip(loop.curves, loop.edges, loop.forward, strict=True):
-                track(builder, curve, backwards=not along)
-                edges.append(edge_number(edge))
-                forward.append(along)
-            first.append(len(edges))
-        bounding = len(edges)
-        curves = list(region.curves)
-        for curve, edge in inner:
-            curves += [curve, curve.reverse()]
-            for along in (True, False):
+        for curve, _ in inside:
+            for _way in (0, 1):
                 track(builder, curve)
-                edges.append(edge_number(edge))
-                forward.append(along)
-            first.append(len(edges))
-        angles = np.full(len(edges), 180.0)
-        for corner in region.corners():
-            angles[first[corner.loop] + corner.index] = corner.angle
-        before = [c - 1 if c > a else b - 1 for a, b in itertools.pairwise(first) for c in range(a, b)]
-        for c, arriving, angle in sectors(curves, bounding):
-            before[c], angles[c] = arriving, angle
-        exact = builder.build()
-        coarse = rounded(exact, region.diagonal, GRID_BITS)
-        return cls(
-            coarse, exact, np.array(first), np.array(edges, np.int64), np.array(forward), np.round(angles, 6),
-            np.array(before, np.int64), bounding,
+        exact = joined([self.exact, builder.build()])
+        edges = np.repeat([edge for _, edge in inside], 2)
+        last = self.inner + len(edges)
+        first = np.concatenate([self.loop_first, np.arange(self.inner + 2, last + 1, 2)])
+        angles = np.concatenate([self.angles, np.full(len(edges), 180.0)])
+        before = np.concatenate([self.before, self.inner + (np.arange(len(edges)) ^ 1)])
+        curves = [*region.curves, *(way for curve, _ in inside for way in (curve, curve.reverse()))]
+        for c, arriving, angle in sectors(curves, self.inner):
+            before[c], angles[c] = arriving, round(angle, 6)
+        return replace(
+            self, tracks=rounded(exact, region.diagonal, GRID_BITS), exact=exact, loop_first=first,
+            edges=np.concatenate([self.edges, edges]), angles=angles, before=before,
+            forward=np.concatenate([self.forward, np.tile([True, False], len(inside))]),
         )  # fmt: skip
 
     def pairs(self) -> list[tuple[int, int]]:

@@ -41,11 +41,16 @@ class TrackBuilder:
 
     def add(self, kind: int, start: ArrayLike, end: ArrayLike, *rest: ArrayLike) -> int:
         """Append a track of this kind and return its number; ``rest`` is flattened in order."""
+        numbers: list[float] = []
+        for part in (start, end, *rest):
+            numbers += np.asarray(part, float).ravel().tolist()
+        return self.append(kind, numbers)
+
+    def append(self, kind: int, numbers: list[float]) -> int:
+        """As ``add``, with all numbers of the track in one list, its ends first."""
         self._kinds.append(kind)
         self._offsets.append(len(self._data))
-        for part in (start, end, *rest):
-            array = part if isinstance(part, np.ndarray) else np.asarray(part, float)
-            self._data.extend(array.ravel().tolist())
+        self._data += numbers
         return len(self._kinds) - 1
 
     def build(self) -> Tracks:
@@ -69,6 +74,18 @@ def evaluate(tracks: Tracks, track: ArrayLike, t: ArrayLike) -> NDArray[np.float
     return out
 
 
+def joined(parts: list[Tracks]) -> Tracks:
+    """Tables one behind the other; the only one as it is."""
+    if len(parts) == 1:
+        return parts[0]
+    start = np.cumsum([0, *(len(part.data) for part in parts[:-1])]).tolist()
+    return Tracks(
+        np.concatenate([part.kinds for part in parts]),
+        np.concatenate([part.offsets + np.int32(at) for part, at in zip(parts, start, strict=True)]),
+        np.concatenate([part.data for part in parts]),
+    )
+
+
 def rounded(tracks: Tracks, length: float, bits: int) -> Tracks:
     """The same tracks with lengths rounded to ``length`` / 2^bits, angles and weights to 1 / 2^bits.
 
@@ -76,12 +93,15 @@ def rounded(tracks: Tracks, length: float, bits: int) -> Tracks:
     """
     unit = 2.0**-bits
     coordinate = unit * 2.0 ** math.floor(math.log2(length))
-    grid = np.full(len(tracks.data), coordinate)
+    near = np.rint(tracks.data / coordinate)
+    near *= coordinate
     arcs = tracks.offsets[tracks.kinds == CONIC]
-    grid[arcs + 10] = grid[arcs + 11] = unit
+    if len(arcs):
+        angles = np.concatenate([arcs + 10, arcs + 11])
+        near[angles] = np.rint(tracks.data[angles] / unit) * unit
     for o in tracks.offsets[tracks.kinds == RATIONAL].tolist():
         pieces, degree = int(tracks.data[o + 4]), int(tracks.data[o + 5])
         poles = o + 7 + pieces
-        grid[o + 4 : poles] = unit
-        grid[poles + 2 : poles + 3 * pieces * (degree + 1) : 3] = unit
-    return tracks._replace(data=np.round(tracks.data / grid) * grid)
+        for part in (slice(o + 4, poles), slice(poles + 2, poles + 3 * pieces * (degree + 1), 3)):
+            near[part] = np.rint(tracks.data[part] / unit) * unit
+    return tracks._replace(data=near)
