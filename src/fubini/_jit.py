@@ -20,7 +20,7 @@ from typing import Any
 
 import numba
 import numpy as np
-from llvmlite.binding import Linkage
+from llvmlite.binding import Linkage, parse_assembly
 from numba.core import sigutils, types
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, _CacheLocator
 from numba.core.codegen import JITCodeLibrary
@@ -127,6 +127,8 @@ class _Part(JITCodeLibrary):
 class _Whole(JITCodeLibrary):
     """Code called from Python, optimised once, with everything that it calls."""
 
+    _shared_module: Any
+
     def finalize(self) -> None:
         """As numba, with all that is called, directly or not, linked in."""
         needed = list(self._linking_libraries)
@@ -140,15 +142,40 @@ class _Whole(JITCodeLibrary):
         super().finalize()
 
     def _optimize_final_module(self) -> None:
-        for function in self._final_module.functions:
+        """Optimise once; functions that only this code calls may change their form, and what nothing uses goes."""
+        module = self._final_module
+        for function in module.functions:
             if not function.is_declaration and function.linkage == Linkage.linkonce_odr:
                 function.linkage = "internal"
+        # tables for Python errors, one a function: nearly all unused, yet filled whenever the code is loaded
+        entries = {f.name for f in module.functions if not f.is_declaration and f.linkage == Linkage.external}
+        for table in _environments(module):
+            if table.name.replace("_ZN08NumbaEnv", "_ZN") not in entries:
+                table.linkage = "internal"
         built = self._codegen._module_pass_manager(loop_vectorize=False, slp_vectorize=False)
         if isinstance(built, tuple):
             passes, builder = built
-            passes.run(self._final_module, builder)
+            passes.run(module, builder)
         else:  # numba before 0.62
-            built.run(self._final_module)
+            built.run(module)
+        for table in _environments(module):
+            table.linkage = "common"
+
+    def _get_module_for_linking(self) -> Any:
+        """Names alone: no code links this one, but the cache keeps this module to tell what is defined."""
+        self._ensure_finalized()
+        if self._shared_module is None:
+            module = self._final_module
+            entries = (f.name for f in module.functions if not f.is_declaration and f.linkage == Linkage.external)
+            lines = [f'define void @"{name}"() {{ ret void }}' for name in entries]
+            lines += [f'@"{table.name}" = common global i64 0' for table in _environments(module)]
+            self._shared_module = parse_assembly("\n".join(lines))
+        return self._shared_module
+
+
+def _environments(module: Any) -> list[Any]:
+    """The variables of a module that numba finds the environments of functions by."""
+    return [v for v in module.global_variables if v.name.startswith("_ZN08NumbaEnv") and not v.is_declaration]
 
 
 def _compiler(library: type[JITCodeLibrary]) -> type[Compiler]:
