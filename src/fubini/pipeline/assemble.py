@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from itertools import accumulate
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fubini.model import Frame, Model
+from fubini.pipeline import _kernels_assemble as kernels
 from fubini.pipeline.faces import FaceResult
 from fubini.sampling.boundary import Outline
-from fubini.tracks import evaluate
 
 Float = NDArray[np.float64]
 Int = NDArray[np.int32]
@@ -42,24 +42,57 @@ class Assembly:
 
 def assemble(model: Model, outlines: list[Outline], edge_ids: NDArray[np.int64], results: list[FaceResult]) -> Assembly:
     """Join the faces. ``edge_ids`` turns running edge numbers into CAD indices."""
-    edge, t, owners, lifted = _boundary_nodes(model, outlines, edge_ids, results)
-    first, index = _distinct(edge, t)
+    first, index, lifted, far, segments = _joined(model, outlines, edge_ids, results)
     total = len(first)
-    inner = np.cumsum([total, *(r.mesh.inner_nodes for r in results)]).tolist()
-    counts = np.cumsum([0, *(r.mesh.triangle_count for r in results)]).tolist()
+    starts = [0, *accumulate(len(r.mesh.boundary.points) for r in results)]
+    inner = list(accumulate((r.mesh.inner_nodes for r in results), initial=total))
+    counts = [0, *accumulate(r.mesh.triangle_count for r in results)]
     points, triangles = np.empty((inner[-1], 3)), np.empty((counts[-1], 3), np.int32)
     points[:total] = lifted[first]
-    _reconcile(points[:total], lifted, index, owners, [face.frame for face in model.faces], model.diagonal)
-    face_of, maps, at = np.empty(counts[-1], np.int32), [], 0
+    if far:
+        owners = np.repeat(np.arange(len(results)), np.diff(starts))
+        _reconcile(points[:total], lifted, index, owners, [face.frame for face in model.faces], model.diagonal)
+    face_of, maps = np.empty(counts[-1], np.int32), []
     for f, (face, result) in enumerate(zip(model.faces, results, strict=True)):
-        numbers = index[at : at + len(result.mesh.boundary.points)]
+        numbers = index[starts[f] : starts[f + 1]]
         part = slice(counts[f], counts[f + 1])
         result.mesh.write(face.frame, numbers, inner[f], points[inner[f] : inner[f + 1]], triangles[part])
         face_of[part] = face.index
         maps.append(numbers)
-        at += len(numbers)
-    segments, edge_of, params = _segments(outlines, edge_ids, results, maps)
-    return Assembly(points, triangles, face_of, segments, edge_of, params, tuple(maps), _lone(model, results, maps))
+    return Assembly(points, triangles, face_of, *segments, tuple(maps), _lone(model, results, maps))
+
+
+def _joined(
+    model: Model, outlines: list[Outline], edge_ids: NDArray[np.int64], results: list[FaceResult]
+) -> tuple[NDArray[np.int64], NDArray[np.int64], Float, bool, tuple[Int, Int, Float]]:
+    """Boundary nodes of all faces, each once, and segments.
+
+    Returns a row of each node, the node of every row, the rows' points in space, whether those of one node differ; then
+    nodes, CAD edges and parameters of the segments, sorted by edge and parameter, each once and along its edge.
+    """
+    n = sum(len(r.mesh.boundary.points) for r in results)
+    k = sum(len(r.mesh.boundary.segments) for r in results)
+    place, param, lifted = np.empty(n, np.int64), np.empty(n), np.empty((n, 3))
+    edge, t, nodes = np.empty(k, np.int64), np.empty((k, 2)), np.empty((k, 2), np.int64)
+    ends = np.array([(e.start, e.end) for e in map(model.edges.__getitem__, edge_ids.tolist())], np.int64)
+    lowest = -1 - int(ends.max())
+    at = since = 0
+    for face, outline, result in zip(model.faces, outlines, results, strict=True):
+        boundary = result.mesh.boundary
+        part = slice(since, since + len(boundary.segments))
+        kernels.enter(
+            *outline.exact, boundary.segments, boundary.track, boundary.t, outline.edges, ends, face.frame.axes, at,
+            place, param, lifted, edge[part], t[part], nodes[part],
+        )  # fmt: skip
+        if face.points:  # nodes that no segment starts at, in their order
+            alone = at + np.setdiff1d(np.arange(len(boundary.points)), boundary.segments[:, 0])
+            place[alone], param[alone] = [-1 - v for v, _ in face.points], 0.0
+            lifted[alone] = face.frame.to_space([flat for _, flat in face.points])
+            lowest = min(lowest, *(-1 - v for v, _ in face.points))
+        at, since = at + len(boundary.points), part.stop
+    apart = 0.5 * SAME_POINT * model.diagonal
+    first, index, *segments, far = kernels.join(place, param, lifted, lowest, apart, edge, t, nodes, edge_ids)
+    return first, index, lifted, far, tuple(segments)
 
 
 def _lone(model: Model, results: list[FaceResult], maps: list[NDArray[np.int64]]) -> dict[int, int]:
@@ -70,48 +103,6 @@ def _lone(model: Model, results: list[FaceResult], maps: list[NDArray[np.int64]]
             alone = np.setdiff1d(np.arange(len(numbers)), result.mesh.boundary.segments)
             found |= {v: int(numbers[i]) for (v, _), i in zip(face.points, alone, strict=True)}
     return found
-
-
-def _boundary_nodes(
-    model: Model, outlines: list[Outline], edge_ids: NDArray[np.int64], results: list[FaceResult]
-) -> tuple[NDArray[np.int64], Float, NDArray[np.int64], Float]:
-    """Edge number and t, or -1 - vertex and 0, owning face and point in space of every boundary node."""
-    places, params, owners, lifted = [], [], [], []
-    starts = np.array([model.edges[int(e)].start for e in edge_ids])
-    ends = np.array([model.edges[int(e)].end for e in edge_ids])
-    for f, (face, outline, result) in enumerate(zip(model.faces, outlines, results, strict=True)):
-        boundary = result.mesh.boundary
-        n = len(boundary.points)
-        place, param, exact = np.empty(n, np.int64), np.empty(n), np.empty((n, 2))
-        node = boundary.segments[:, 0]
-        edge, t = outline.edges[boundary.track], boundary.t[:, 0]
-        at_end = (t == 0.0) | (t == 1.0)
-        vertex = np.where(t == 0.0, starts[edge], ends[edge])
-        place[node] = np.where(at_end, -1 - vertex, edge)
-        param[node] = np.where(at_end, 0.0, t)
-        exact[node] = evaluate(outline.exact, boundary.track, t)
-        if face.points:  # nodes that no segment starts at, in their order
-            alone = np.setdiff1d(np.arange(n), node)
-            place[alone], param[alone] = [-1 - v for v, _ in face.points], 0.0
-            exact[alone] = [flat for _, flat in face.points]
-        places.append(place)
-        params.append(param)
-        owners.append(np.full(n, f))
-        lifted.append(face.frame.to_space(exact))
-    return np.concatenate(places), np.concatenate(params), np.concatenate(owners), np.concatenate(lifted)
-
-
-def _distinct(*columns: NDArray[Any]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """The first row of each kind, kinds sorted by column after column, and the kind of each row."""
-    order = np.lexsort(columns[::-1])
-    new = np.zeros(len(order), bool)
-    new[:1] = True
-    for column in columns:
-        ranked = column[order]
-        new[1:] |= ranked[1:] != ranked[:-1]
-    kind = np.empty(len(order), np.intp)
-    kind[order] = np.cumsum(new) - 1
-    return order[new], kind
 
 
 def _reconcile(
@@ -139,20 +130,3 @@ def _reconcile(
         normals = np.array([frames[f].normal for f in owners[copies]])
         offset = np.array([frames[f].normal @ (frames[f].origin - middle) for f in owners[copies]])
         points[node] = middle + np.linalg.lstsq(normals, offset, rcond=1e-6)[0]
-
-
-def _segments(
-    outlines: list[Outline], edge_ids: NDArray[np.int64], results: list[FaceResult], maps: list[NDArray[np.int64]]
-) -> tuple[Int, Int, Float]:
-    """Mesh edges on CAD edges, each once, along its CAD edge, sorted by edge and parameter; and the parameters."""
-    edges, params, pairs = [], [], []
-    for outline, result, numbers in zip(outlines, results, maps, strict=True):
-        boundary = result.mesh.boundary
-        back = boundary.t[:, 0] > boundary.t[:, 1]
-        ends = numbers[boundary.segments]
-        pairs.append(np.where(back[:, None], ends[:, ::-1], ends))
-        params.append(np.sort(boundary.t, axis=1))
-        edges.append(edge_ids[outline.edges[boundary.track]])
-    edge, t, nodes = np.concatenate(edges), np.concatenate(params), np.concatenate(pairs)
-    rows, _ = _distinct(edge, *t.T, *nodes.T)
-    return nodes[rows].astype(np.int32), edge[rows].astype(np.int32), t[rows]

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fubini.model import Frame
+from fubini.pipeline._kernels_assemble import write_strip
 from fubini.sampling.interior import Core
 from fubini.triangulation.value import FROZEN, LOCKED, Boundary, Triangulation
 
@@ -54,12 +55,10 @@ class FaceMesh:
         numbers : what the boundary nodes are called there. first : number of the first node inside.
         """
         b, n, m = len(self.boundary.points), len(self.points), len(self.triangles)
-        names = np.concatenate([numbers, np.arange(first, first + n - b)]).astype(np.int32)
-        np.take(names, self.triangles, out=triangles[:m])
-        points[: n - b] = frame.to_space(self.points[b:])
+        flat, corners = (x if x.flags.writeable else x.copy() for x in (self.points, self.triangles))
+        write_strip(frame.axes, flat, corners, numbers, first, points[: n - b], triangles[:m])
         if self.core is not None:
-            axes = np.array([frame.origin, frame.x_axis, frame.y_axis])
-            self.core.write(axes, first, first + n - b, points[n - b :], triangles[m:])
+            self.core.write(frame.axes, first, first + n - b, points[n - b :], triangles[m:])
 
 
 def strip_boundary(boundary: Boundary, core: Core, size: float) -> Boundary:
