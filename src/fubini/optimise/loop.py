@@ -21,12 +21,11 @@ from fubini.optimise._kernels_state import (
     TRIANGLES,
     State,
     Work,
-    work,
 )
 from fubini.optimise.options import OptimiseOptions, OptimiseOutcome
 from fubini.optimise.refine import advanced
 from fubini.optimise.smooth import smooth_state
-from fubini.optimise.state import build_state, copy_of, extend_state, prepare_state, read_state
+from fubini.optimise.state import build_state, copy_of, extend_state, prepare_state, read_state, scratch_space
 from fubini.tracks import Tracks
 from fubini.triangulation.value import Triangulation
 
@@ -45,14 +44,14 @@ def optimise(triangulation: Triangulation, tracks: Tracks, options: OptimiseOpti
     """
     options = options or OptimiseOptions()
     spare = 200 + len(triangulation.points) // 8
-    return _finish(build_state(triangulation, tracks, options, spare), work(), triangulation, options)
+    return _finish(build_state(triangulation, tracks, options, spare), scratch_space(), triangulation, options)
 
 
 def refine_and_optimise(
     triangulation: Triangulation, tracks: Tracks, h: float, gradient: float, options: OptimiseOptions
 ) -> OptimiseOutcome:
     """``refine``, ``smooth`` and ``optimise`` one after the other, with no copy in between."""
-    scratch = work()
+    scratch = scratch_space()
     state = advanced(triangulation, tracks, h, gradient, None, options, scratch)
     smoothed = smooth_state(state, len(triangulation.boundary.points)) > 0
     return _finish(state, scratch, triangulation, options, smoothed)

@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from fubini.errors import OptionError
-from fubini.optimise._kernels_state import INSERTED, NODES, TRIANGLES, State, Work, work
+from fubini.optimise._kernels_state import INSERTED, NODES, TRIANGLES, State, Work
 from fubini.optimise.options import OptimiseOptions
-from fubini.optimise.state import build_state, extend_state, prepare_state
+from fubini.optimise.state import build_state, extend_state, prepare_state, scratch_space
 from fubini.tracks import Tracks
 from fubini.triangulation.value import Triangulation
 
@@ -42,7 +42,7 @@ def refine(
     The triangulation, the new points behind the old ones.
     """
     options = OptimiseOptions()
-    state = advanced(triangulation, tracks, h, gradient, size, options, work())
+    state = advanced(triangulation, tracks, h, gradient, size, options, scratch_space())
     n, m = int(state.counts[NODES]), int(state.counts[TRIANGLES])
     if state.counts[INSERTED] == 0:
         return triangulation

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import replace
 
@@ -68,20 +69,23 @@ def even_out(triangulation: Triangulation, options: OptimiseOptions) -> Triangul
     if fixed == n:
         return triangulation
     points = np.array(triangulation.points)
-    triangles, neighbours = (
-        np.require(array, np.int32, ("C", "W")) for array in (triangulation.triangles, triangulation.neighbours)
-    )
-    least = _least_skew(options)
-    fine, fair = (1.0 / math.tan(math.radians(max(least, skew))) for skew in KEPT_SKEW)
+    given = triangulation.triangles, triangulation.neighbours
+    triangles, neighbours = (array if array.flags.writeable else array.copy() for array in given)
+    fine, fair = _kept(options)
     scratch = np.empty(n - fixed + 1, np.int32), np.empty(3 * m, np.int32), np.empty(m)
     if not even(points, triangles, neighbours, fixed, options.growth, fine, fair, EVEN_ROUNDS, *scratch):
         return triangulation
     return replace(triangulation, points=points)
 
 
-def _least_skew(options: OptimiseOptions) -> float:
-    """A skewness in degrees from which on a triangle is within both bounds, with a margin."""
+@functools.lru_cache(maxsize=16)
+def _kept(options: OptimiseOptions) -> tuple[float, float]:
+    """Cotangents of the skewness below which evening out brings no triangle: in its first rounds, and later on.
+
+    At least so much that a triangle is within both bounds of the options, with a margin.
+    """
     least = options.min_skew + 0.5
     while implied_aspect_ratio(least) > 0.99 * options.max_aspect_ratio and least < 89.0:
         least += 0.5
-    return least
+    fine, fair = (1.0 / math.tan(math.radians(max(least, skew))) for skew in KEPT_SKEW)
+    return fine, fair

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
+import threading
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +26,8 @@ from fubini.optimise._kernels_state import (
     WAIVED,
     WEIGHT,
     State,
+    Work,
+    work,
 )
 from fubini.optimise.options import OptimiseOptions, implied_aspect_ratio
 from fubini.quality import corner_limit
@@ -53,6 +56,17 @@ def rule_of(options: OptimiseOptions) -> NDArray[np.float64]:
         rule[AR] = 1.0 + (options.max_aspect_ratio - 1.0) * (1.0 - MARGIN)
     rule[SAG], rule[STRETCH] = options.max_sag, options.growth
     return rule
+
+
+_kept = threading.local()
+
+
+def scratch_space() -> Work:
+    """The scratch space of this thread: what is left in it from before does not matter."""
+    if not hasattr(_kept, "work"):
+        _kept.work = work()
+    found: Work = _kept.work
+    return found
 
 
 def writable(array: NDArray, kind: type) -> NDArray:

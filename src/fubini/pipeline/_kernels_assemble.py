@@ -170,3 +170,45 @@ def write_strip(axes, flat, corners, numbers, first, points, triangles):
         for i in range(3):
             v = corners[t, i]
             triangles[t, i] = numbers[v] if v < b else first + v - b
+
+
+@kernel(allocates=True)
+def rim_last(points, triangles, segments, track, real, kept):
+    """Renumber a strip in place: the nodes of the face's own boundary, those on the rim of the core, the others.
+
+    points (n, 2), triangles (m, 3). segments (k, 2), track (k,) : -1 on the rim. Writes the old numbers of the first
+    nodes into real, their segments into kept (k, 2), and returns how many there are of both.
+    """
+    fixed = real.shape[0]
+    number, on_rim = np.zeros(fixed, np.int32), np.empty((fixed, 2))
+    for s in range(segments.shape[0]):
+        if track[s] < 0:
+            number[segments[s, 0]], number[segments[s, 1]] = 1, 1
+    own, rim = 0, 0
+    for v in range(fixed):
+        if number[v]:
+            on_rim[rim, 0], on_rim[rim, 1] = points[v, 0], points[v, 1]
+            rim += 1
+        else:
+            points[own, 0], points[own, 1] = points[v, 0], points[v, 1]
+            real[own] = v
+            own += 1
+    first, last = 0, own
+    for v in range(fixed):
+        if number[v]:
+            points[last, 0], points[last, 1] = on_rim[last - own, 0], on_rim[last - own, 1]
+            number[v] = last
+            last += 1
+        else:
+            number[v] = first
+            first += 1
+    for t in range(triangles.shape[0]):
+        for i in range(3):
+            if triangles[t, i] < fixed:
+                triangles[t, i] = number[triangles[t, i]]
+    k = 0
+    for s in range(segments.shape[0]):
+        if track[s] >= 0:
+            kept[k, 0], kept[k, 1] = number[segments[s, 0]], number[segments[s, 1]]
+            k += 1
+    return own, k

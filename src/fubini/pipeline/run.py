@@ -140,7 +140,8 @@ def mesh(
     model, placed = with_points(model, points)
     wanted = resolve_names(model, names) | placed
     parting = crack_edges(model, cracks, wanted)
-    checked = replace(checked, edge_segments=with_segments(checked.edge_segments, parting))
+    if parting:
+        checked = replace(checked, edge_segments=with_segments(checked.edge_segments, parting))
     clock.lap("load")
     length = min(checked.size, model.diagonal) if checked.size is not None else pick_size(model)
     check_count(model, length)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fubini.model import Frame
-from fubini.pipeline._kernels_assemble import write_strip
+from fubini.pipeline._kernels_assemble import rim_last, write_strip
 from fubini.sampling.interior import Core
 from fubini.triangulation.value import FROZEN, LOCKED, Boundary, Triangulation
 
@@ -84,16 +84,12 @@ def with_core(strip: Triangulation, core: Core | None) -> FaceMesh:
     """
     if core is None:
         return FaceMesh(strip.boundary, strip.points, strip.triangles)
-    old = strip.boundary
-    kept = old.track >= 0
-    on_rim = np.zeros(len(old.points), bool)
-    on_rim[old.segments[~kept]] = True
-    real, rim = np.flatnonzero(~on_rim), np.flatnonzero(on_rim)
-    order = np.concatenate([real, rim, np.arange(len(old.points), len(strip.points))])
-    number = np.empty(len(order), np.int32)
-    number[order] = np.arange(len(order), dtype=np.int32)
+    old, points, triangles = strip.boundary, np.array(strip.points), np.array(strip.triangles)
+    real, segments = np.empty(len(old.points), np.int32), np.empty_like(old.segments)
+    b, k = rim_last(points, triangles, old.segments, old.track, real, segments)
+    kept, along = real[:b], old.track >= 0
     boundary = Boundary(
-        old.points[real], old.kind[real], old.size[real], old.angle[real],
-        number[old.segments[kept]], old.track[kept], old.t[kept], old.mode[kept],
+        points[:b], old.kind[kept], old.size[kept], old.angle[kept],
+        segments[:k], old.track[along], old.t[along], old.mode[along],
     )  # fmt: skip
-    return FaceMesh(boundary, strip.points[order], number[strip.triangles], core)
+    return FaceMesh(boundary, points, triangles, core)
