@@ -112,13 +112,16 @@ def mesh_in_process(job: Job, out: Path) -> tuple[Row, float]:
     row.code = 0 if certificate.certified else 1
     faces = certificate.faces
     row.message = "; ".join(f"face {f.face}: {', '.join(f.reasons)}" for f in faces if f.reasons)[:300]
-    fill(row, {
-        "triangles": certificate.triangles,
-        "flawed": certificate.flawed,
-        "unavoidable": certificate.unavoidable,
-        "worst_skew": min(f.worst_skew for f in faces),
-        "worst_aspect_ratio": max(f.worst_aspect_ratio for f in faces),
-    })
+    fill(
+        row,
+        {
+            "triangles": certificate.triangles,
+            "flawed": certificate.flawed,
+            "unavoidable": certificate.unavoidable,
+            "worst_skew": min(f.worst_skew for f in faces),
+            "worst_aspect_ratio": max(f.worst_aspect_ratio for f in faces),
+        },
+    )
     return row, seconds
 
 
@@ -299,8 +302,10 @@ def main() -> int:
         worker.join()
     rows.sort(key=lambda row: (row.name, row.share))
     failed = [row for row in rows if not row.passed]
-    print(f"\n{len(rows)} runs, {len(rows) - len(failed)} passed, {len(failed)} failed, "
-          f"slowest {max((row.seconds for row in rows), default=0):.1f} s")
+    print(
+        f"\n{len(rows)} runs, {len(rows) - len(failed)} passed, {len(failed)} failed, "
+        f"slowest {max((row.seconds for row in rows), default=0):.1f} s"
+    )
     for row in failed:
         print_row(row)
     if args.json:

@@ -65,9 +65,7 @@ def faces_of(mesh, name: str, share: int) -> list[Found]:
         frame = frames[c.face]
         corners = frame.to_plane(mesh.points[mesh.triangles[rows]].reshape(-1, 3)).reshape(-1, 3, 2)
         worst = frame.to_plane(c.worst_at)[0]
-        found.append(
-            Found(name, share, c.face, c.triangles, c.excess, c.avoidable_skew, corners, states[rows], worst)
-        )
+        found.append(Found(name, share, c.face, c.triangles, c.excess, c.avoidable_skew, corners, states[rows], worst))
     return found
 
 

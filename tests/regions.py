@@ -79,9 +79,7 @@ def slot(width: float = 0.02) -> Region:
 
 def wedge(degrees: float) -> Region:
     a = math.radians(degrees)
-    return chain(
-        Line((0, 0), (1, 0)), CircularArc((0, 0), 1.0, 0.0, a), Line((math.cos(a), math.sin(a)), (0, 0))
-    )
+    return chain(Line((0, 0), (1, 0)), CircularArc((0, 0), 1.0, 0.0, a), Line((math.cos(a), math.sin(a)), (0, 0)))
 
 
 def spline_through(points, closed: bool = False) -> BSpline:

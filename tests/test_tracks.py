@@ -57,9 +57,7 @@ def test_rational_bezier_chain(degree):
     breaks = [0.0, 0.2, 0.65, 1.0]
     builder = TrackBuilder()
     builder.add(LINE, (0, 0), (1, 1))
-    chain = builder.add(
-        RATIONAL, pieces[0][0, :2], pieces[-1][-1, :2], [3, degree], breaks, *map(homogeneous, pieces)
-    )
+    chain = builder.add(RATIONAL, pieces[0][0, :2], pieces[-1][-1, :2], [3, degree], breaks, *map(homogeneous, pieces))
     t = np.setdiff1d(T, breaks)
     piece = np.searchsorted(breaks, t, side="right") - 1
     low, high = np.array(breaks)[piece], np.array(breaks)[piece + 1]

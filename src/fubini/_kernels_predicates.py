@@ -200,6 +200,4 @@ def orient_many(a, b, c, out):
 def in_circle_many(a, b, c, d, out):
     """Write the in-circle signs of the rows of a, b, c, d (n, 2) into out (n,) int8."""
     for i in range(out.shape[0]):
-        out[i] = np.sign(
-            in_circle(a[i, 0], a[i, 1], b[i, 0], b[i, 1], c[i, 0], c[i, 1], d[i, 0], d[i, 1])
-        )
+        out[i] = np.sign(in_circle(a[i, 0], a[i, 1], b[i, 0], b[i, 1], c[i, 0], c[i, 1], d[i, 0], d[i, 1]))

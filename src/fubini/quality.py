@@ -77,9 +77,7 @@ def angles(p: Array) -> Array:
     return out
 
 
-def flawed(
-    p: Array, min_skew: float = MIN_SKEW, max_aspect_ratio: float = MAX_ASPECT_RATIO
-) -> NDArray[np.bool_]:
+def flawed(p: Array, min_skew: float = MIN_SKEW, max_aspect_ratio: float = MAX_ASPECT_RATIO) -> NDArray[np.bool_]:
     """Which triangles (m,) are not valid: aspect ratio at or above, or skewness at or below, its bound."""
     return (skewness(p) <= min_skew) | (aspect_ratios(p) >= max_aspect_ratio)
 

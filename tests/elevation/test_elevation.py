@@ -131,10 +131,12 @@ def test_sharp_wedges_do_not_fold(degrees):
 
 def lens(gap):
     """Two flat arcs between the same two corners, bulging the same way: a thin crescent."""
+
     def arc(rise):
         radius = (1 + rise * rise) / (2 * rise)
         half = math.atan2(1, radius - rise)
         return (0.0, rise - radius), radius, half
+
     (c0, r0, h0), (c1, r1, h1) = arc(0.3), arc(0.3 + gap)
     low = regions.CircularArc(c0, r0, math.pi / 2 + h0, math.pi / 2 - h0)
     high = regions.CircularArc(c1, r1, math.pi / 2 - h1, math.pi / 2 + h1)

@@ -53,9 +53,7 @@ def test_names_of_the_user_come_first():
     assert lengths(mesh, mesh.boundaries["outer"]) == pytest.approx(10.0)
     assert (mesh.edge_of_segment[mesh.boundaries["clamped"]] == 5).all()
     np.testing.assert_array_equal(mesh.points[mesh.named_points["origin"]], [[0, 0, 0]])
-    np.testing.assert_array_equal(
-        sorted(mesh.points[mesh.named_points["corners"]].tolist()), [[0, 0, 0], [4, 2, 0]]
-    )
+    np.testing.assert_array_equal(sorted(mesh.points[mesh.named_points["corners"]].tolist()), [[0, 0, 0], [4, 2, 0]])
 
 
 def test_taken_names_are_not_merged_with_automatic_ones():

@@ -15,6 +15,8 @@ from materials import FLAT, square, two_materials
 from meshes import area, edge_uses
 
 ORDERS = pytest.mark.parametrize("order", [1, 2])
+
+
 def doubled(mesh):
     """Places that more than one node has."""
     places, count = np.unique(mesh.points, axis=0, return_counts=True)

@@ -15,8 +15,17 @@ import fubini
 ROOT = Path(__file__).resolve().parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
 HEAVY = [
-    "OCP", "build123d", "cadquery", "numba", "matplotlib", "trimesh", "meshio", "scipy", "ezdxf",
-    "svgelements", "click",
+    "OCP",
+    "build123d",
+    "cadquery",
+    "numba",
+    "matplotlib",
+    "trimesh",
+    "meshio",
+    "scipy",
+    "ezdxf",
+    "svgelements",
+    "click",
 ]
 
 

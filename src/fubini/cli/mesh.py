@@ -100,8 +100,14 @@ def mesh(
 
         with Progress() as progress:
             result = fubini.mesh(
-                source, faces=faces, select=select, names=names, cracks=cracks or None, points=_points(points),
-                progress=progress, **options,
+                source,
+                faces=faces,
+                select=select,
+                names=names,
+                cracks=cracks or None,
+                points=_points(points),
+                progress=progress,
+                **options,
             )
         data = _write(result, outputs, json_path, picture)
     if json_path == "-":

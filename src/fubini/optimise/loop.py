@@ -6,7 +6,7 @@ import functools
 import math
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from fubini.optimise._kernels_state import (
     AFTER,
@@ -48,11 +48,16 @@ def optimise(triangulation: Triangulation, tracks: Tracks, options: OptimiseOpti
 
 
 def refine_and_optimise(
-    triangulation: Triangulation, tracks: Tracks, h: float, gradient: float, options: OptimiseOptions
+    triangulation: Triangulation,
+    tracks: Tracks,
+    h: float,
+    gradient: float,
+    options: OptimiseOptions,
+    size: ArrayLike | None = None,
 ) -> OptimiseOutcome:
     """``refine``, ``smooth`` and ``optimise`` one after the other, with no copy in between."""
     scratch = scratch_space()
-    state = advanced(triangulation, tracks, h, gradient, None, options, scratch)
+    state = advanced(triangulation, tracks, h, gradient, size, options, scratch)
     smoothed = smooth_state(state, len(triangulation.boundary.points)) > 0
     return _finish(state, scratch, triangulation, options, smoothed)
 

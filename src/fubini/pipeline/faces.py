@@ -17,7 +17,7 @@ from fubini.pipeline.strip import FaceMesh, strip_boundary, with_core
 from fubini.quality import corner_limit
 from fubini.sampling.alignment import best_placement, placed_lattice
 from fubini.sampling.boundary import BoundarySizing, EdgeNodes, Outline
-from fubini.sampling.fans import with_fans
+from fubini.sampling.fans import clear_of_segments, long_segments, with_fans
 from fubini.sampling.interior import NO_CORE, Core, Lattice, lattice_with_core
 from fubini.triangulation.constrained import constrained_delaunay, delaunay_around
 from fubini.triangulation.value import CORNER, FROZEN, LOCKED, ON_CURVE, SPLIT_ONLY, Boundary, Byte, Triangulation
@@ -76,14 +76,16 @@ def attempt(
         start = constrained_delaunay(np.concatenate([boundary.points, inside]), boundary)
         return optimise(start, outline.tracks, asked), None
     gradient = options.inner_gradient
+    long = long_segments(boundary, size)
     # a size field may ask for anything inside: no core stays as it is
-    least = LEAST_CORE if sizes is None and not len(lone) else NO_CORE
+    least = LEAST_CORE if sizes is None and not len(lone) and not len(long) else NO_CORE
     lattice = lattice_of(boundary, outline, size, gradient, number, least)
-    inner, core, outer = lattice.points, lattice.core, boundary
+    inner, core, outer = clear_of_segments(lattice.points, long, size), lattice.core, boundary
     if len(lone):
         inner = clear_of(inner, boundary, len(lone), size, gradient)
-    if number % 2:
-        inner = with_fans(inner, boundary)
+    at_fans = np.full(len(inner), size)
+    if number % 2 or len(long):
+        inner, at_fans = with_fans(inner, boundary, size)
     if core is not None:
         boundary = strip_boundary(boundary, core, size)
     points = np.concatenate([boundary.points, inner])
@@ -91,7 +93,11 @@ def attempt(
         start = delaunay_around(points, boundary, outer, lattice.patch)
     else:
         start = constrained_delaunay(points, boundary)
-    if sizes is None:
+    if sizes is None and len(long):
+        most = float(np.hypot(*(long[:, 1] - long[:, 0]).T).max())
+        wanted = sizes_of(start, inner, at_fans)
+        outcome = refine_and_optimise(start, outline.tracks, most, gradient, asked, wanted)
+    elif sizes is None:
         outcome = refine_and_optimise(start, outline.tracks, size, gradient, asked)
     else:
         filled = follow(refine(start, outline.tracks, size, gradient), outline, size, options.gradient, sizes)
@@ -99,9 +105,14 @@ def attempt(
     return replace(outcome, triangulation=even_out(outcome.triangulation, asked)), core
 
 
-def lattice_of(
-    boundary: Boundary, outline: Outline, size: float, gradient: float, number: int, least: int
-) -> Lattice:
+def sizes_of(start: Triangulation, inner: Float, wanted: Float) -> Float:
+    """Sizes at the nodes of a triangulation whose interior nodes are those of ``inner`` that lie in the region."""
+    n = len(start.boundary.points)
+    size = dict(zip(map(tuple, inner.tolist()), wanted.tolist(), strict=True))
+    return np.array([*start.boundary.size.tolist(), *(size[x, y] for x, y in start.points[n:].tolist())])
+
+
+def lattice_of(boundary: Boundary, outline: Outline, size: float, gradient: float, number: int, least: int) -> Lattice:
     """The lattice of this attempt: the first along the boundary, others with their rows along x."""
     if number == 0:
         return placed_lattice(boundary, best_placement(boundary, outline.tracks.kinds, size), gradient, least)

@@ -67,9 +67,7 @@ def _check(regions: list[Region], label: str) -> None:
             ) from error
 
 
-def _share(
-    curves: list[Curve], ends: NDArray[np.int64], gap: float
-) -> tuple[list[Edge], list[int], list[bool]]:
+def _share(curves: list[Curve], ends: NDArray[np.int64], gap: float) -> tuple[list[Edge], list[int], list[bool]]:
     """The edges; for each curve its edge and whether it runs along it."""
     edges: list[Edge] = []
     which, along = [], []

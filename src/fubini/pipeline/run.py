@@ -219,9 +219,7 @@ def select_faces(model: Model, faces: Iterable[int] | None, name: str | None) ->
             raise OptionError(f"no planar face is named {name!r}", file=model.source, fix=fix)
     left = [f for f in model.faces if f.index not in wanted]
     skipped = tuple(SkippedFace(f.index, "plane", "not selected", f.name) for f in left)
-    return replace(
-        model, faces=tuple(f for f in model.faces if f.index in wanted), skipped=model.skipped + skipped
-    )
+    return replace(model, faces=tuple(f for f in model.faces if f.index in wanted), skipped=model.skipped + skipped)
 
 
 def without_inner_edges(model: Model, pattern: str) -> Model:
@@ -288,18 +286,23 @@ def _certify(
         )
         faces.append(
             certificate.certify_face(
-                face, whole.points, whole.triangles[at : at + n], judged, partial(evaluate, outline.exact),
-                diagonal=model.diagonal, moves=outcome.moves, budget_exhausted=outcome.budget_exhausted,
-                number=number, **bounds,
+                face,
+                whole.points,
+                whole.triangles[at : at + n],
+                judged,
+                partial(evaluate, outline.exact),
+                diagonal=model.diagonal,
+                moves=outcome.moves,
+                budget_exhausted=outcome.budget_exhausted,
+                number=number,
+                **bounds,
             )
         )
         at += n
     return certificate.certify(faces, skipped_faces=len(model.skipped), notes=model.notes, **bounds)
 
 
-def _mesh_value(
-    model: Model, whole: Assembly, named: Names, verdict: Certificate, size: float, clock: _Clock
-) -> Mesh:
+def _mesh_value(model: Model, whole: Assembly, named: Names, verdict: Certificate, size: float, clock: _Clock) -> Mesh:
     """The finished mesh with read-only arrays."""
     arrays: list[NDArray[Any]] = [whole.points, whole.triangles, whole.face_of_triangle]
     arrays += [whole.segments, whole.edge_of_segment, whole.t_of_segment]

@@ -75,9 +75,7 @@ class _Pairs:
             for a0, a1 in ((self.a0, am), (am, self.a1))
             for b0, b1 in ((self.b0, bm), (bm, self.b1))
         ]
-        return _Pairs(
-            *(np.concatenate([getattr(q, f) for q in quarters]) for f in ("a", "a0", "a1", "b", "b0", "b1"))
-        )
+        return _Pairs(*(np.concatenate([getattr(q, f) for q in quarters]) for f in ("a", "a0", "a1", "b", "b0", "b1")))
 
     def __len__(self) -> int:
         return len(self.a)
@@ -118,9 +116,7 @@ def _search(parts: Parts, pairs: _Pairs, slack: float, tolerance: float, diagona
         pairs, a, b = pairs.select(~done), _pick(a, ~done), _pick(b, ~done)
         meets, steep = _meets(a, b, slack, tolerance)
         new = [c for c in _contacts(parts, pairs, a, b, meets, steep) if not _is_joint(parts, c, diagonal)]
-        pairs = pairs.select(~meets).halved(
-            (a.length >= 0.5 * b.length)[~meets], (b.length >= 0.5 * a.length)[~meets]
-        )
+        pairs = pairs.select(~meets).halved((a.length >= 0.5 * b.length)[~meets], (b.length >= 0.5 * a.length)[~meets])
         pairs, crowded = _thin_out(parts, pairs, tolerance)
         new += [c for c in crowded if not _is_joint(parts, c, diagonal)]
         pairs = _without(parts, pairs, new)

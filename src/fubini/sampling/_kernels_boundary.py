@@ -13,6 +13,9 @@ from fubini._jit import inner, kernel
 from fubini.sampling._kernels_sizes import gathered, grade, lower_face, too_large
 from fubini.tracks._kernels import evaluate_one
 
+#: A segment over this times the size asked is long on purpose: the triangles at its ends may be larger than asked, too.
+LONG_SEGMENT = 1.7
+
 
 @inner(allocates=True)
 def envelope(first, t, s, cap, h, g):
@@ -215,27 +218,29 @@ def find_moved(first, t, first_before, t_before, most, moved):
 
 @inner(allocates=True)
 def node_sizes(points, segments, angle, sharp, h, size):
-    """Size of each boundary node: half the length of its two segments, at most h.
+    """Size of each boundary node: half the length of its two segments, at most h but where one of them is much longer.
 
     Beside a sharp corner the corner triangle is long and its base short: the neighbours of such a
     corner take the shorter of their two segments. Returns nothing; writes size (n,).
     """
     n = points.shape[0]
-    shorter, beside = np.empty(n), np.empty(n, np.uint8)
+    shorter, longer, beside = np.empty(n), np.empty(n), np.empty(n, np.uint8)
     for v in range(n):
-        shorter[v], beside[v], size[v] = np.inf, 0, 0.0
+        shorter[v], longer[v], beside[v], size[v] = np.inf, 0.0, 0, 0.0
     for k in range(segments.shape[0]):
         a, b = segments[k, 0], segments[k, 1]
         length = math.hypot(points[a, 0] - points[b, 0], points[a, 1] - points[b, 1])
         for v in (a, b):
             size[v] += 0.5 * length
-            shorter[v] = min(shorter[v], length)
+            shorter[v], longer[v] = min(shorter[v], length), max(longer[v], length)
         if angle[a] < sharp:
             beside[b] = 1
         if angle[b] < sharp:
             beside[a] = 1
     for v in range(n):
-        size[v] = min(h, shorter[v] if beside[v] else size[v])
+        size[v] = shorter[v] if beside[v] else size[v]
+        if longer[v] <= LONG_SEGMENT * h:
+            size[v] = min(h, size[v])
 
 
 @kernel(allocates=True)

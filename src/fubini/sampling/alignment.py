@@ -38,9 +38,7 @@ def best_placement(boundary: Boundary, kinds: NDArray[np.int32], size: float) ->
     """
     low = boundary.points.min(axis=0) - size
     best = np.array([*low, 1.0, 0.0, size])
-    kernels.place(
-        boundary.points, boundary.segments, boundary.track, kinds, size, np.empty((CANDIDATES, 6)), best
-    )
+    kernels.place(boundary.points, boundary.segments, boundary.track, kinds, size, np.empty((CANDIDATES, 6)), best)
     x, y, dx, dy, spacing = best.tolist()
     return Placement((x, y), (dx, dy), spacing)
 

@@ -12,25 +12,48 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from fubini.sampling._kernels_boundary import LONG_SEGMENT
 from fubini.triangulation.value import Boundary
 
 Float = NDArray[np.float64]
 
-#: Neighbouring segments that differ by more than this get a fan.
+#: Neighbouring segments that differ by more than this get a fan ...
 STEEP = 4.0
+#: ... and by more than this where one of them is much longer than asked.
+STEEP_AT_LONG = 1.3
 #: Angle of a sector, radians.
 SECTOR = math.pi / 4.0
 #: A point keeps this share of its ray from every segment that does not end at the node ...
 CLEAR = 0.3
 #: ... and other points this share from it.
 ALONE = 0.5
+#: Segments much longer than asked keep the lattice away by this times the excess: right-angled triangles shrink to the
+#: size over that distance.
+ROOM = 1.2
 
 
-def with_fans(inner: Float, boundary: Boundary) -> Float:
-    """The interior points (n, 2) with those of all fans, which replace what lies close to them.
+def long_segments(boundary: Boundary, size: float) -> Float:
+    """Ends (k, 2, 2) of the segments that are much longer than ``size``; the nodes there are larger than asked, too."""
+    if boundary.size.max(initial=0.0) <= size:
+        return np.empty((0, 2, 2))
+    ends = boundary.points[boundary.segments]
+    return ends[np.hypot(*(ends[:, 1] - ends[:, 0]).T) > LONG_SEGMENT * size]
 
-    A point may lie outside the region where it is thin.
+
+def clear_of_segments(inner: Float, long: Float, size: float) -> Float:
+    """The interior points (n, 2) without those where triangles shrink to ``size`` from ``long`` segments (k, 2, 2)."""
+    for ends in long:
+        reach = ROOM * (math.dist(*ends) - size)
+        inner = inner[_distances(inner, ends[None]) > reach]
+    return inner
+
+
+def with_fans(inner: Float, boundary: Boundary, size: float) -> tuple[Float, Float]:
+    """The interior points (n, 2) with those of all fans, which replace what lies close to them; sizes wanted there.
+
+    Sizes (n,) are the length of the ray in a fan, else ``size``. A point may lie outside the region where it is thin.
     """
+    wanted = np.full(len(inner), size)
     points, segments = boundary.points, boundary.segments
     a, b = segments.T
     length = np.hypot(*(points[b] - points[a]).T)
@@ -38,12 +61,14 @@ def with_fans(inner: Float, boundary: Boundary) -> Float:
     leaving[a] = np.arange(len(a))
     following = leaving[b]
     ratio = length[following] / length
-    for k in np.flatnonzero((ratio > STEEP) | (ratio < 1.0 / STEEP)):
+    steep = np.where(np.maximum(length[following], length) > LONG_SEGMENT * size, STEEP_AT_LONG, STEEP)
+    for k in np.flatnonzero((ratio > steep) | (ratio < 1.0 / steep)):
         fan, ray = _fan(boundary, int(b[k]), points[b[following[k]]], points[a[k]])
         if len(fan):
             distance = np.linalg.norm(inner[:, None] - fan, axis=2)
-            inner = np.concatenate([inner[(distance > ALONE * ray).all(axis=1)], fan])
-    return inner
+            apart = (distance > ALONE * ray).all(axis=1)
+            inner, wanted = np.concatenate([inner[apart], fan]), np.concatenate([wanted[apart], ray])
+    return inner, wanted
 
 
 def _fan(boundary: Boundary, node: int, ahead: Float, behind: Float) -> tuple[Float, Float]:

@@ -27,12 +27,16 @@ LEG_SHARE = 0.34
 #: Where a leg borders another face too, the next segment there must not be shorter by more than this: five valid
 #: triangles about a node on a straight edge span at most a ratio of 16.4.
 STEP = 8.0
-#: Where that cannot be had, a ratio up to this is tried.
-LARGEST_STEP = 13.0
+#: Where that cannot be had, a ratio up to this is tried ...
+LARGEST_STEP = 15.0
+#: ... and legs much longer than asked are made as long as this needs.
+LONG_STEP = 12.0
 #: Gaps that the next segment may be long where one side of the corner is beside a wall, and where both are.
-MOST_GAPS = (2.6, 1.8)
-#: For the sake of ``STEP`` a leg may be this many times as long as asked.
+MOST_GAPS = (2.8, 1.95)
+#: For the sake of ``STEP`` a leg may be this many times as long as asked; for ``LONG_STEP`` as long as need be.
 LONGEST_LEG = 1.7
+#: Other edges at the vertex of a leg longer than asked start with a segment no shorter than the leg over this.
+BESIDE_LEG = 2.0
 #: ... and over the length of the shortest edge at its vertex, such as the height of the wall, no more than this.
 WALL_SHARE = 1.3
 
@@ -113,14 +117,15 @@ class Legs:
         """
         size, most_gaps = self.options.size, self._walled[-1][3]
         edges = (int(outline.edges[j]) for j in (c, before))
-        most = min(LONGEST_LEG * size, WALL_SHARE * shortest, LEG_SHARE * min(self.tables[e][1][-1] for e in edges))
+        most = min(WALL_SHARE * shortest, LEG_SHARE * min(self.tables[e][1][-1] for e in edges))
         leg, gap = start, self._opening(outline, c, before, start)
-        while STEP * min(size, most_gaps * gap) < leg and 1.05 * leg <= most:
-            wider = self._opening(outline, c, before, 1.05 * leg)
-            if wider < 1.06 * gap:
-                break
-            leg, gap = 1.05 * leg, wider
-        return leg if LARGEST_STEP * min(size, most_gaps * gap) >= leg else start
+        for step, longest in ((STEP, LONGEST_LEG * size), (LONG_STEP, np.inf)):
+            while step * most_gaps * gap < leg and 1.05 * leg <= min(most, longest):
+                wider = self._opening(outline, c, before, 1.05 * leg)
+                if wider < 1.06 * gap:
+                    break
+                leg, gap = 1.05 * leg, wider
+        return leg if LARGEST_STEP * most_gaps * gap >= leg else start
 
     def _opening(self, outline: Outline, c: int, before: int, leg: float) -> float:
         """Distance between the ends of two legs of this length."""
@@ -142,9 +147,17 @@ class Legs:
                 continue
             for side in sides:
                 if self._wall_ends[side]:
-                    step = min(self.options.size, min(gaps, most_gaps) * gap)
+                    step = min(max(self.options.size, leg / LARGEST_STEP), min(gaps, most_gaps) * gap)
                     steps[side] = min(steps[side], step) if steps[side] > 0.0 else step
+            self._start_beside(int(self.ends[sides[0]]), leg, steps)
         return steps
+
+    def _start_beside(self, vertex: int, leg: float, steps: Float) -> None:
+        """Let edges without a leg at the vertex of one start with a segment that the triangles at the leg can stand."""
+        if leg <= BESIDE_LEG * self.options.size:
+            return
+        for side in np.argwhere((self.ends == vertex) & (self.radius == 0.0)).tolist():
+            steps[side[0], side[1]] = min(leg / BESIDE_LEG, LEG_SHARE * self.tables[side[0]][1][-1])
 
     def _leg_of_true_angle(self, outline: Outline, c: int, before: int, leg: float) -> float:
         """Shorten the leg until the chords open about as wide as the tangents do."""
