@@ -200,7 +200,7 @@ def readonly(array: Any, kind: type) -> NDArray[Any]:
     return view
 
 
-def kernel(function: Callable[..., Any] | None = None, *, allocates: bool = False) -> Any:
+def kernel(function: Callable[..., Any] | None = None, *, allocates: bool = False, inlined: bool = False) -> Any:
     """Compile on first call, keep on disk. IEEE arithmetic, no ``fastmath``; releases the GIL.
 
     Integer arguments are always int64 inside: numba by itself compiles a function again for every width and
@@ -208,8 +208,8 @@ def kernel(function: Callable[..., Any] | None = None, *, allocates: bool = Fals
     compiled without the counting of references, which takes longer to compile than most of what is counted.
     """
     if function is None:
-        return partial(kernel, allocates=allocates)
-    compiled, part = _compile(function, _Whole, _nrt=allocates), inner(function, allocates=allocates)
+        return partial(kernel, allocates=allocates, inlined=inlined)
+    compiled, part = _compile(function, _Whole, _nrt=allocates), inner(function, allocates=allocates, inlined=inlined)
     # other kernels link the part
     compiled.get_call_template, compiled.get_overload = part.get_call_template, part.get_overload
     try:
@@ -220,14 +220,16 @@ def kernel(function: Callable[..., Any] | None = None, *, allocates: bool = Fals
     return compiled
 
 
-def inner(function: Callable[..., Any] | None = None, *, allocates: bool = False) -> Any:
+def inner(function: Callable[..., Any] | None = None, *, allocates: bool = False, inlined: bool = False) -> Any:
     """As ``kernel``, for functions that only other kernels call.
 
-    Nothing is made for calls from Python, nor kept on disk: the code of the caller contains it.
+    Nothing is made for calls from Python, nor kept on disk: the code of the caller contains it. ``inlined`` puts it
+    into the code of every caller: a call hands an array on as seven numbers, which costs a short function dear. By
+    itself the compiler does so only where there is one caller.
     """
     if function is None:
-        return partial(inner, allocates=allocates)
-    return _compile(function, _Part, no_cpython_wrapper=True, _nrt=allocates)
+        return partial(inner, allocates=allocates, inlined=inlined)
+    return _compile(function, _Part, no_cpython_wrapper=True, _nrt=allocates, forceinline=inlined)
 
 
 @contextmanager

@@ -281,20 +281,29 @@ def _loops(parts: Parts, segment: Int, triangle: Int, side: Int) -> dict[str, In
     ends = np.unique(np.concatenate([a, b]), return_inverse=True)[1].reshape(2, -1).astype(np.uint32)
     loop = np.empty(len(a), np.int32)
     count = number_chains(ends, np.empty((2, int(ends.max()) + 1), np.uint32), loop)
-    p, q, r = (parts.points[corners[:, k]] for k in range(3))
-    normal = np.cross(q - p, r - p)
+    p, q, r = (parts.points[corners[:, k]].T for k in range(3))
     first = np.empty(count, np.intp)
     first[loop[::-1]] = rows[::-1]
-    origin = parts.points[a[first]][loop]
-    swept = np.cross(parts.points[a] - origin, parts.points[b] - origin)
-    areas, normals = (np.stack([np.bincount(loop, v[:, k]) for k in range(3)], axis=1) for v in (swept, normal))
-    is_hole = np.einsum("ij,ij->i", areas, normals) < 0.0
+    origin = parts.points[a[first]][loop].T
+    # the area that a chain sweeps, against the normals of its triangles
+    turning = np.zeros(count)
+    swept = _cross(parts.points[a].T - origin, parts.points[b].T - origin)
+    for area, normal in zip(swept, _cross(q - p, r - p), strict=True):
+        turning += np.bincount(loop, area) * np.bincount(loop, normal)
+    is_hole = turning < 0.0
+    if not is_hole.any():
+        return {"outer": np.sort(segment).astype(np.int32)}
     result = {"outer": np.sort(segment[~is_hole[loop]]).astype(np.int32)}
     order = np.argsort(loop, kind="stable")
     chains = np.split(segment[order], np.cumsum(np.bincount(loop))[:-1])
     holes = [chains[k] for k in np.flatnonzero(is_hole)]
     holes.sort(key=lambda s: int(parts.edge_of_segment[s].min()))
     return result | {f"hole_{k}": np.sort(s).astype(np.int32) for k, s in enumerate(holes, start=1)}
+
+
+def _cross(u: NDArray[np.float64], v: NDArray[np.float64]) -> tuple[NDArray[np.float64], ...]:
+    """Components of the cross products of vectors, the components of these in rows (3, n)."""
+    return u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]
 
 
 def _free(groups: Mapping[str, list[Int]], count: int) -> NDArray[np.bool_]:

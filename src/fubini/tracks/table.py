@@ -68,7 +68,8 @@ def evaluate(tracks: Tracks, track: ArrayLike, t: ArrayLike) -> NDArray[np.float
 
     which = np.atleast_1d(np.asarray(track, np.int32))
     params = np.atleast_1d(np.asarray(t, np.float64))
-    which, params = np.broadcast_arrays(which, params)
+    if which.shape != params.shape:
+        which, params = np.broadcast_arrays(which, params)
     out = np.empty((len(params), 2))
     evaluate_many(*tracks, np.ascontiguousarray(which), np.ascontiguousarray(params), out)
     return out

@@ -34,7 +34,7 @@ def replace_neighbour(neighbours, t, old, new):
                 return
 
 
-@kernel
+@kernel(inlined=True)
 def flip(triangles, neighbours, vertex_triangle, t, i):
     r"""Replace edge i of t, which must have a triangle u across it, by the other diagonal; returns u.
 
@@ -97,7 +97,7 @@ def split_triangle(triangles, neighbours, vertex_triangle, t, p, t1, t2):
     vertex_triangle[c] = t1
 
 
-@kernel
+@kernel(inlined=True)
 def edge_is_illegal(points, triangles, neighbours, t, i):
     """Whether the vertex across edge i of t lies strictly inside the circle of t; never across a segment."""
     u = neighbours[t, i]
