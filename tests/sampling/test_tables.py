@@ -77,3 +77,13 @@ def test_edges_far_from_a_gap_keep_their_tables():
     boundary, sizing, _ = discretise(regions.polygon(points, [(2, 0.02), (8, 0.02), (8, 3), (2, 3)]), 1.0)
     assert sizing.tables[0][2].min() < 0.03 < 0.9 < sizing.tables[2][2].min()
     assert len(boundary.points) > 500
+
+
+@pytest.mark.parametrize("length", [1.4, 1.43, 2.44, 2.46, 9.4, 9.55])
+def test_segments_deviate_from_the_asked_size_by_at_most_a_factor(length):
+    """As many as come nearest by ratio: sqrt(n (n + 1)) is the border between n and n + 1."""
+    boundary, _, nodes = discretise(regions.polygon([(0, 0), (length, 0), (length + 40, 60), (-40, 60)]), 1.0)
+    n = math.floor(length)
+    assert len(nodes.of(0)) - 1 == (n if length < math.sqrt(n * (n + 1)) else n + 1)
+    ends = boundary.points[boundary.segments]
+    assert np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).max() <= math.sqrt(2.0)

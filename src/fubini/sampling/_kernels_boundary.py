@@ -114,13 +114,17 @@ def edge_metric(first, s, h, e, low, high):
 def count_nodes(first, s, h, radius, step, at_least, counts):
     """Number of segments of each edge into counts (e,), the protected ends included.
 
+    Whole numbers are chosen by ratio, so that no segment is longer or shorter than asked by more than sqrt(2).
     ``radius`` (e, 2) is the length of the first and last segment, ``step`` (e, 2) that of the one beside; 0 for no
     such segment.
     """
     for e in range(first.shape[0] - 1):
         low = radius[e, 0] + step[e, 0]
         high = s[first[e + 1] - 1] - radius[e, 1] - step[e, 1]
-        n = math.floor(edge_metric(first, s, h, e, low, high) + 0.5)
+        metric = edge_metric(first, s, h, e, low, high)
+        n = math.floor(metric)
+        if metric * metric > n * (n + 1.0):
+            n += 1
         extra = 0
         for i in range(2):
             extra += (1 if radius[e, i] > 0.0 else 0) + (1 if step[e, i] > 0.0 else 0)
