@@ -119,7 +119,7 @@ class MeshOptions:
     @property
     def inner_gradient(self) -> float:
         """The same away from the boundary, where triangles are evened out at the end."""
-        return 1.32 * math.log(self.growth)
+        return 1.6 * (1.0 - 1.0 / self.growth)
 
 
 def _is_number(value: object) -> bool:
