@@ -176,8 +176,8 @@ def least_role(role, triangle, columns, odd):
 def place_nodes(role, cells, columns, place, fixed, number):
     """Positions of the nodes OUTSIDE and on the RIM, and the OUTSIDE ones that lack a neighbour, by number.
 
-    Numbers, written into the table (cells,), go from ``fixed`` on: the rim first. place : x0, y0 and step of the
-    lattice in axes turned by the cosine and sine that follow.
+    Numbers, written into number (n,) for the n cells, go from ``fixed`` on: the rim first. place : x0, y0 and step of
+    the lattice in axes turned by the cosine and sine that follow.
     """
     rim = 0
     for cell in cells:
@@ -186,40 +186,43 @@ def place_nodes(role, cells, columns, place, fixed, number):
     bare = np.empty(cells.shape[0] - rim, np.int32)
     x0, y0, h, c, s = place[0], place[1], place[2], place[3], place[4]
     a, b, lacking, row = 0, 0, 0, 0
-    for cell in cells:
+    for i in range(cells.shape[0]):
+        cell = cells[i]
         while cell >= (row + 1) * columns:
             row += 1
         odd = row & 1
         x, y = (x0 + 0.5 * h if odd else x0) + (cell - row * columns) * h, y0 + row * (h * ROW)
         if role[cell] == RIM:
             on_rim[b, 0], on_rim[b, 1] = c * x - s * y, s * x + c * y
-            number[cell] = fixed + b
+            number[i] = fixed + b
             b += 1
             continue
         outside[a, 0], outside[a, 1] = c * x - s * y, s * x + c * y
-        number[cell] = fixed + rim + a
+        number[i] = fixed + rim + a
         a += 1
         for way in range(6):
             if role[neighbour(cell, way, columns, odd)] == NONE:
-                bare[lacking] = number[cell]
+                bare[lacking] = number[i]
                 lacking += 1
                 break
     return outside, on_rim, bare[:lacking]
 
 
 @inner(allocates=True)
-def known_triangles(role, cells, columns, place_of):
-    """The triangles (m,) of nodes that are not of the core alone; ``place_of`` (2 cells,) gets where each stands."""
-    found, count, row = np.empty(2 * cells.shape[0], np.int64), 0, 0
-    for cell in cells:
+def known_triangles(role, cells, columns):
+    """The triangles (m,) of nodes that are not of the core alone, and where those of all n cells stand (2 n,)."""
+    n = cells.shape[0]
+    found, place_of, count, row = np.empty(2 * n, np.int64), np.empty(2 * n, np.int32), 0, 0
+    for i in range(n):
+        cell = cells[i]
         while cell >= (row + 1) * columns:
             row += 1
-        for triangle in range(2 * cell, 2 * cell + 2):
-            if least_role(role, triangle, columns, row & 1) == OUTSIDE:
-                found[count] = triangle
-                place_of[triangle] = count
+        for k in range(2):
+            if least_role(role, 2 * cell + k, columns, row & 1) == OUTSIDE:
+                found[count] = 2 * cell + k
+                place_of[2 * i + k] = count
                 count += 1
-    return found[:count]
+    return found[:count], place_of
 
 
 @kernel(allocates=True)
@@ -241,9 +244,11 @@ def divide(role, columns, ends, least, fixed, segments, place):
     if 2 * nodes >= least:
         core, inner_low, inner_high = mark_core(role, first, low, high, columns, least)
     cells = without(low, high, inner_low, inner_high)
-    number, place_of = np.empty(role.shape[0], np.int32), np.empty(2 * role.shape[0], np.int32)
+    number, rank = np.empty(cells.shape[0], np.int32), np.empty(role.shape[0], np.int32)
+    for i in range(cells.shape[0]):
+        rank[cells[i]] = i
     outside, on_rim, bare = place_nodes(role, cells, columns, place, fixed, number)
-    found = known_triangles(role, cells, columns, place_of)
+    found, place_of = known_triangles(role, cells, columns)
     m, before = found.shape[0], fixed + on_rim.shape[0]
     triangles, neighbours = np.empty((m, 3), np.int32), np.empty((m, 3), np.int32)
     rim, half_edges, edges = np.empty((3 * m, 2), np.int32), np.empty(3 * m, np.int32), np.empty((3 * m, 2), np.int32)
@@ -256,13 +261,13 @@ def divide(role, columns, ends, least, fixed, segments, place):
             row += 1
         odd = row & 1
         a, b, c = corners_of(found[t], columns, odd)
-        triangles[t, 0], triangles[t, 1], triangles[t, 2] = number[a], number[b], number[c]
+        triangles[t, 0], triangles[t, 1], triangles[t, 2] = number[rank[a]], number[rank[b]], number[rank[c]]
         for i in range(3):
             v, w = triangles[t, (i + 1) % 3], triangles[t, (i + 2) % 3]
             other, parity = across(found[t], i, columns, odd)
             kind = least_role(role, other, columns, parity)
             if kind == OUTSIDE:
-                neighbours[t, i] = place_of[other]
+                neighbours[t, i] = place_of[2 * rank[other >> 1] + (other & 1)]
             elif kind == NONE:
                 neighbours[t, i] = -1
                 half_edges[e] = 3 * t + i
