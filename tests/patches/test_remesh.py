@@ -139,3 +139,14 @@ def test_what_is_no_surface(source):
 def test_options_are_checked():
     with pytest.raises(OptionError, match="unknown option 'colour'"):
         fubini.remesh((CORNERS, BOX), 1.0, colour="red")
+
+
+def test_faces_of_a_solid_with_sharp_corners_that_share_a_leg():
+    """Three faces of 15, 45 and 45 degrees meet in one vertex."""
+    a, b = np.radians([15.0, 45.0])
+    x = np.cos(b)
+    y = (x - x * np.cos(a)) / np.sin(a)
+    corners = np.array([(0, 0, 0), (np.cos(a), np.sin(a), 0), (1, 0, 0), (x, y, np.sqrt(1 - x * x - y * y))])
+    mesh = fubini.remesh((corners, np.array([(0, 1, 2), (0, 2, 3), (0, 3, 1), (1, 3, 2)])), 0.3)
+    assert mesh.certificate.certified and mesh.certificate.flawed == mesh.certificate.unavoidable == 2
+    assert len(mesh.triangles) < 200

@@ -55,3 +55,13 @@ def test_an_edge_that_grazes_the_outline():
     mesh = fubini.mesh(square(ray(3, 1.0)), 0.3)
     (face,) = mesh.certificate.faces
     assert face.unavoidable == 1 and face.excess == 0 and face.certified
+
+
+@pytest.mark.parametrize("size", [0.2, 0.05])
+def test_a_sharp_corner_beside_a_sharper_one(size):
+    """Both share a leg, and neither shortens it for the gap in the other, which shrinks with the leg."""
+    mesh = fubini.mesh(square(*(ray(a, 0.5, (0.1, 0.03)) for a in (0, 15, 60))), size)
+    (face,) = mesh.certificate.faces
+    assert face.certified and face.flawed == face.unavoidable == 1
+    assert len(mesh.triangles) < 1.25 * len(fubini.mesh(square(), size).triangles) + 200
+    assert apart(mesh) > 0.02 * size

@@ -49,6 +49,7 @@ class Legs:
     radius : (e, 2) length of the first and of the last segment of an edge; 0 where it is no leg.
     held : (e, 2) legs that no face may split.
     longest : (v,) longest leg over the size at a vertex.
+    narrowest : (e, 2) least angle (degrees) of the sharp corners, of whatever faces, that a leg belongs to.
     """
 
     def __init__(
@@ -57,6 +58,7 @@ class Legs:
         self.outlines, self.ends, self.options, self.tables = outlines, ends, options, tables
         self.radius = np.zeros((len(ends), 2))
         self.held = np.zeros((len(ends), 2), bool)
+        self.narrowest = np.full((len(ends), 2), SHARP)
         self.longest = np.ones(int(ends.max(initial=-1)) + 1)
         self._walled: list[tuple[Outline, int, int, float]] = []
         for outline in outlines:
@@ -75,6 +77,7 @@ class Legs:
                 old = self.radius[e, i]
                 self.radius[e, i] = min(old, leg) if old > 0.0 else leg
                 self.held[e, i] |= outline.angles[c] < NARROW
+                self.narrowest[e, i] = min(self.narrowest[e, i], outline.angles[c])
 
     def lengthen(self) -> None:
         """Lengthen legs that lie beside another face too, where the next segment would be too short for that face."""
@@ -178,7 +181,10 @@ class Legs:
         return evaluate(outline.tracks, j, np.interp(at, s, t))[0]
 
     def shorten(self, outline: Outline, boundary: Boundary, want: Float) -> set[int]:
-        """The triangle of a sharp corner must not be larger than the gap beside it."""
+        """The triangle of a sharp corner must not be larger than the gap beside it.
+
+        Where a leg bounds a narrower corner, too, the gap there shrinks with the leg: it is no reason to shorten it.
+        """
         changed: set[int] = set()
         ends, first = boundary.segments, np.where(outline.forward, 0.0, 1.0)[boundary.track]
         arriving = {int(boundary.track[k]): k for k in np.flatnonzero(boundary.t[:, 1] == 1.0 - first).tolist()}
@@ -186,7 +192,7 @@ class Legs:
         for leave in np.flatnonzero(sharp & (boundary.t[:, 0] == first)).tolist():
             reach = arriving[int(outline.before[boundary.track[leave]])]
             p, q = ends[leave, 1], ends[reach, 0]
-            base = float(np.linalg.norm(boundary.points[p] - boundary.points[q]))
+            base = self._share(outline, boundary, leave) * math.dist(boundary.points[p], boundary.points[q])
             ratio = min(want[p], want[q]) / base if base > 0.0 else 1.0
             if ratio >= 0.85:
                 continue
@@ -197,6 +203,13 @@ class Legs:
                 self.radius[e, i] *= max(0.4, ratio)
                 changed.add(e)
         return changed
+
+    def _share(self, outline: Outline, boundary: Boundary, leave: int) -> float:
+        """Base of the narrowest corner that shares a leg with the one where segment ``leave`` starts, over its base."""
+        c = int(boundary.track[leave])
+        narrowest = min(float(self.narrowest[side]) for side in corner_sides(outline, c, int(outline.before[c])))
+        half, own = (math.radians(0.5 * angle) for angle in (narrowest, float(outline.angles[c])))
+        return math.sin(half) / math.sin(own) if half < own else 1.0
 
     def shrink(self, outline: Outline, boundary: Boundary, k: int) -> set[int]:
         """Shorten the protected legs that segment k is; the edge when there is one."""
