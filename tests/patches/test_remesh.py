@@ -150,3 +150,11 @@ def test_faces_of_a_solid_with_sharp_corners_that_share_a_leg():
     mesh = fubini.remesh((corners, np.array([(0, 1, 2), (0, 2, 3), (0, 3, 1), (1, 3, 2)])), 0.3)
     assert mesh.certificate.certified and mesh.certificate.flawed == mesh.certificate.unavoidable == 2
     assert len(mesh.triangles) < 200
+
+
+def test_the_size_picked_for_many_small_faces_makes_no_million_triangles():
+    trimesh = pytest.importorskip("trimesh")
+    ball = trimesh.creation.icosphere(subdivisions=2)
+    mesh = fubini.remesh((ball.vertices, ball.faces))
+    assert mesh.certificate.certified
+    assert 80_000 < len(mesh.triangles) < 130_000  # a fortieth of a facet would make 240,000

@@ -154,3 +154,18 @@ def test_scale_does_not_matter():
         assert plate().transform(matrix).validate() == ()
         crossed = Region(loop(SQUARE), (circle(2, 2, 2.5),)).transform(matrix)
         assert len(crossed.validate()) == 8
+
+
+@pytest.mark.parametrize("sides", [3, 4, 7, 40])
+def test_convex_polygons_are_valid_until_they_are_too_thin(sides):
+    turn = 2.0 * math.pi * (np.arange(sides) + 0.2) / sides
+    corners = np.array([np.cos(turn), np.sin(turn)]).T
+    for height in (1.0, 1e-3, 1e-12):
+        region = Region(loop(corners * (1.0, height)))
+        assert bool(region.validate()) == (height < 1e-9)
+
+
+def test_polygons_that_turn_twice_around_or_stop_short_are_not_convex():
+    star = [(math.cos(a), math.sin(a)) for a in (2.0 * math.pi * 2 * k / 5 for k in range(5))]
+    assert any(p.kind == "self-crossing" for p in Region(loop(star)).validate())
+    assert Region(loop([(0, 0), (1, 0), (1, 1), (1, 0)])).validate()

@@ -11,6 +11,9 @@ from fubini.errors import OptionError
 from fubini.model import Model
 from fubini.tolerance import MAX_ASPECT_RATIO, MAX_TRIANGLES, MIN_SKEW
 
+#: A size that is picked makes no more triangles than about this.
+PICKED_TRIANGLES = 100_000
+
 PATTERNS = ("auto", "SP13", "SP41", "ASP20", "ASP48")
 DIRECTIONS = ("auto", "x", "y")
 QUARTERS = (0, 90, 180, 270)
@@ -127,8 +130,17 @@ def _is_number(value: object) -> bool:
 
 
 def pick_size(model: Model) -> float:
-    """Edge length for a model of which nothing is known: a fortieth of the diagonal of its largest face."""
-    return max(face.region.diagonal for face in model.faces) / 40.0
+    """Edge length for a model of which nothing is known: a fortieth of the diagonal of its largest face.
+
+    Longer where many faces would make more than ``PICKED_TRIANGLES`` of that size.
+    """
+    size = max(face.region.diagonal for face in model.faces) / 40.0
+    triangle = math.sqrt(3.0) / 4.0 * size * size
+    boxes = [face.region.bounding_box for face in model.faces]
+    if sum(float((high - low).prod()) for low, high in boxes) <= PICKED_TRIANGLES * triangle:
+        return size  # the areas are within their boxes, and cost more
+    area = sum(face.region.area for face in model.faces)
+    return size * max(1.0, math.sqrt(area / (PICKED_TRIANGLES * triangle)))
 
 
 def check_count(model: Model, size: float) -> None:

@@ -8,12 +8,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fubini.curves import Line
 from fubini.region.contacts import Contact, find_contacts
 from fubini.region.loop import Loop
 from fubini.region.membership import Membership
 from fubini.region.parts import Parts, cut
 
 Float = NDArray[np.float64]
+
+#: Convex polygons of up to so many sides are checked at once.
+MOST_SIDES = 64
 
 
 @dataclass(frozen=True)
@@ -42,6 +46,8 @@ class Problem:
 
 def find_problems(loops: Sequence[Loop], tolerance: float) -> tuple[Problem, ...]:
     """All faults of loops (the outer one first, then the holes); parts closer than ``tolerance`` touch."""
+    if len(loops) == 1 and _is_convex_polygon(loops[0], tolerance):
+        return ()
     parts = cut(loops)
     diagonal = float(np.hypot(*(parts.high.max(axis=0) - parts.low.min(axis=0))))
     found: list[Problem] = []
@@ -51,6 +57,27 @@ def find_problems(loops: Sequence[Loop], tolerance: float) -> tuple[Problem, ...
             found.append(problem)
     found += _zero_areas(loops, tolerance)
     return tuple(found or _misplaced(loops))
+
+
+def _is_convex_polygon(loop: Loop, tolerance: float) -> bool:
+    """Whether a loop consists of few lines that turn left once around, no corner within ``tolerance`` of another side.
+
+    Sides that do not meet are nearest at a corner, so they stay apart, and neighbours meet in their corner alone.
+    """
+    if len(loop.curves) > MOST_SIDES or not all(isinstance(curve, Line) for curve in loop.curves):
+        return False
+    p = np.array([curve.start for curve in loop.curves], float)
+    d = np.roll(p, -1, axis=0) - p
+    ahead = np.roll(d, -1, axis=0)
+    turn = np.arctan2(d[:, 0] * ahead[:, 1] - d[:, 1] * ahead[:, 0], (d * ahead).sum(axis=1))
+    if turn.min() <= 0.0 or turn.sum() > 3.0 * np.pi:
+        return False
+    # corner k is on sides k - 1 and k; of all others it lies to the left, by its distance from their lines at least
+    w = p[:, None] - p[None]
+    left = (d[:, 0] * w[..., 1] - d[:, 1] * w[..., 0]) / np.hypot(d[:, 0], d[:, 1])
+    k = np.arange(len(p))
+    left[k, k] = left[k, k - 1] = np.inf
+    return bool(left.min() > tolerance)
 
 
 def _same_place(a: Problem, b: Problem, tolerance: float) -> bool:
