@@ -1,12 +1,13 @@
 """Campaigns of invented faces, none of them chosen: does every one come out certified?
 
     export PYTHONPATH=src:tests
-    python benchmarks/robustness.py --polygons 1000 --regions 500 --wedges --letters --touching
+    python benchmarks/robustness.py --polygons 1000 --regions 500 --slender 400 --wedges --letters --touching
     python benchmarks/robustness.py --regions 50 --first 7000 --worst worst.png     # other seeds, ten worst drawn
 
 Families: random simple polygons of 10 to 60 corners, a third with a hole; random outlines of lines, arcs and B-splines
-with tiny edges, slots, cusps, fillets and nearly touching holes (``tests/random_regions.py``); wedges of every whole
-degree from 1 to 120 at three sizes; letters and digits of three fonts; holes that all but touch, lunes and crescents.
+with tiny edges, slots, cusps, fillets and nearly touching holes (``tests/random_regions.py``); slender parts, that is
+stars of spikes, strips of 1 : 10,000, combs of slots and holes in a row, at three sizes; wedges of every whole degree
+from 1 to 120 at three sizes; letters and digits of three fonts; holes that all but touch, lunes and crescents.
 Prints one line for each family: cases, certified, flawed triangles beyond the unavoidable, faces whose budget ran out,
 unavoidable corners, those with no flawed triangle (coarse chords may open wider than the tangents), those with more
 than one, those whose triangle is over 5 % worse than the best for the angle, CPU seconds of the slowest case and of
@@ -83,6 +84,13 @@ def outlines(count: int, first: int) -> Iterator[Case]:
     for seed in range(first, first + count):
         region = random_regions.random_region(seed)
         yield Case("regions", f"region {seed}", region, region.diagonal / (10, 25, 50, 15)[seed % 4])
+
+
+def slender(count: int, first: int) -> Iterator[Case]:
+    for seed in range(first, first + count):
+        region = random_regions.slender_region(seed)
+        for share in (8, 40, 150):
+            yield Case("slender", f"slender {seed}", region, region.diagonal / share)
 
 
 def wedges() -> Iterator[Case]:
@@ -193,6 +201,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--polygons", type=int, default=0, metavar="N", help="so many random polygons")
     parser.add_argument("--regions", type=int, default=0, metavar="N", help="so many random outlines of curves")
+    parser.add_argument("--slender", type=int, default=0, metavar="N", help="so many slender parts, three sizes")
     parser.add_argument("--wedges", action="store_true", help="1 to 120 degrees, three sizes")
     parser.add_argument("--letters", action="store_true", help="letters and digits of three fonts")
     parser.add_argument("--touching", action="store_true", help="holes that all but touch, lunes and crescents")
@@ -203,7 +212,8 @@ def main() -> int:
     parser.add_argument("--worst", type=Path, help="draw the ten worst faces to this PNG")
     args = parser.parse_args()
 
-    cases = [*polygons(args.polygons, args.first), *outlines(args.regions, args.first)]
+    count, first = (args.polygons, args.regions, args.slender), args.first
+    cases = [case for family, n in zip((polygons, outlines, slender), count, strict=True) for case in family(n, first)]
     for wanted, family in ((args.wedges, wedges), (args.letters, letters), (args.touching, touching)):
         cases += family() if wanted else ()
     warm()

@@ -156,6 +156,54 @@ def random_region(seed: int) -> Region:
     raise AssertionError(f"seed {seed} gives no valid region")
 
 
+def slender_region(seed: int) -> Region:
+    """By turns a star of spikes, a long thin rectangle, a comb of slots, and round holes in a row."""
+    rng = np.random.default_rng([seed, 11])
+    for _ in range(200):
+        region = (_spikes, _strip, _comb, _row)[seed % 4](rng)
+        if not region.validate():
+            return region
+    raise AssertionError(f"seed {seed} gives no valid region")
+
+
+def _spikes(rng) -> Region:
+    """A star whose tips are 0.3 to 16 degrees wide."""
+    n, points = int(rng.integers(3, 9)), []
+    for k in range(n):
+        at, reach = TURN * (k + rng.uniform(-0.2, 0.2)) / n, rng.uniform(1.0, 3.0)
+        half = math.radians(10.0 ** rng.uniform(-0.5, 1.2)) / 2.0
+        foot = min(math.atan((reach - 0.5) * math.tan(half) / 0.5), 0.35 * math.pi / n)
+        for r, a in ((0.5, at - foot), (reach, at), (0.5, at + foot)):
+            points.append((r * math.cos(a), r * math.sin(a)))
+    return Region(loop(points))
+
+
+def _strip(rng) -> Region:
+    """A rectangle of 1 : 100 to 1 : 10,000, turned."""
+    height, turn = 10.0 ** rng.uniform(-4.0, -2.0), rng.uniform(0.0, TURN)
+    c, s = math.cos(turn), math.sin(turn)
+    return Region(loop(np.array([(0, 0), (1, 0), (1, height), (0, height)]) @ np.array([[c, s], [-s, c]])))
+
+
+def _comb(rng) -> Region:
+    """A plate with slots down to 1 : 800, straight or one-sided wedges."""
+    width, points = 10.0 ** rng.uniform(-3.3, -2.0), [(0, 0), (1, 0), (1, 0.4)]
+    for x in np.sort(rng.uniform(0.05, 0.95, int(rng.integers(2, 8))))[::-1]:
+        floor = 0.4 - rng.uniform(0.1, 0.39)
+        points += [(x + width, 0.4), (x + width * rng.choice([1.0, 0.5]), floor), (x, floor), (x, 0.4)]
+    return Region(loop([*points, (0, 0.4)]))
+
+
+def _row(rng) -> Region:
+    """Holes of 0.02 to 0.2, as little as 1e-4 from each other."""
+    gap, x, row = 10.0 ** rng.uniform(-4.0, -1.5), 0.1, []
+    while x < 1.8:
+        r = rng.uniform(0.02, 0.2)
+        row.append(circle(x + r, 0.5 + rng.uniform(-0.05, 0.05), r))
+        x += 2.0 * r + gap
+    return Region.from_loops([loop([(0, 0), (x + 0.1, 0), (x + 0.1, 1), (0, 1)]), *row])
+
+
 def glyph(character: str, family: str = "DejaVu Sans") -> list[Region]:
     """The regions of one character of a font, an em being 1 high."""
     from matplotlib.font_manager import FontProperties

@@ -35,6 +35,12 @@ def test_more_random_polygons_are_certified(seed):
     certified(region, region.diagonal / (10, 30, 60)[seed % 3])
 
 
+@pytest.mark.parametrize("seed", range(40))
+def test_slender_parts_are_certified(seed):
+    region = random_regions.slender_region(seed)
+    certified(region, region.diagonal / (8, 40, 150)[seed // 4 % 3])
+
+
 @pytest.mark.parametrize("region", [pytest.param(r, id=name) for name, r in random_regions.touching_regions()])
 def test_what_all_but_touches_is_certified(region):
     certified(region, region.diagonal / 20.0)
