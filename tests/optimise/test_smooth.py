@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from fubini.optimise import OptimiseOptions, even_out, smooth
+from fubini.optimise import _kernels_degrees as degrees
 from fubini.optimise import _kernels_smooth as kernels
 from fubini.quality import areas, aspect_ratios, flawed, growth_rates, skewness
 from fubini.triangulation.constrained import constrained_delaunay
@@ -65,8 +66,8 @@ def smoothed(points, rounds):
     i = np.arange(6)
     triangles = np.column_stack([np.full(6, 6), i, np.roll(i, -1)]).astype(np.int32)
     neighbours = np.column_stack([-1 - i, np.roll(i, -1), np.roll(i, 1)]).astype(np.int32)
-    at, stack, ring = (np.empty(k, np.int32) for k in (7, 64, 16))
-    scratch = at, stack, np.zeros(7, np.uint8), ring, np.empty(16), np.empty(16)
+    at, degree, stack, ring = (np.empty(k, np.int32) for k in (7, 7, 64, 16))
+    scratch = at, degree, stack, np.zeros(7, np.uint8), np.zeros((6, 4)), ring, np.empty(16), np.empty(16)
     moves = kernels.smooth(points, triangles, neighbours, 6, rounds, *scratch)
     return points[6], moves
 
@@ -118,6 +119,32 @@ def test_a_scaled_square_gives_the_scaled_mesh():
     a, b = smooth(start), smooth(scaled)
     np.testing.assert_array_equal(64.0 * a.points, b.points)
     np.testing.assert_array_equal(a.triangles, b.triangles)
+
+
+def test_angles_of_the_region_at_its_nodes():
+    """A square with a notch: right angles outside, one of 270 degrees inside, straight elsewhere."""
+    made, _ = boundary([polygon(np.array([(0, 0), (2, 0), (2, 2), (1, 2), (1, 1), (0, 1)], float))], 0.5)
+    start = constrained_delaunay(made.points, made)
+    sides = np.zeros((len(made.points), 4))
+    degrees.boundary_angles.py_func(start.points, start.triangles, start.neighbours, sides)
+    np.testing.assert_allclose(np.degrees(sides[:, 0]), made.angle, atol=1e-9)
+    assert {90, 180, 270} == set(np.degrees(sides[:, 0]).round().astype(int).tolist())
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_flips_even_out_the_triangles_at_nodes(seed):
+    """Two rounds with such flips in between, and two rounds without."""
+    start = triangulated(0.05, 0.03 + 0.94 * np.random.default_rng(seed).random((330, 2)))
+    angle = np.full(len(start.points), 360.0)
+    angle[: len(start.boundary.points)] = start.boundary.angle
+
+    def misfit(done):
+        return np.abs(angle / np.bincount(done.triangles.ravel()) - 60.0).sum()
+
+    apart, together = smooth(smooth(start, rounds=1), rounds=1), smooth(start, rounds=2)
+    assert misfit(together) < misfit(apart) - 50.0
+    assert skewness(together.points[together.triangles]).mean() > skewness(apart.points[apart.triangles]).mean()
+    assert validate(together, delaunay=True) == ()
 
 
 @pytest.mark.parametrize(("x", "y"), [(0.1, 0.05), (-0.3, 0.2), (0.5, -0.25)])

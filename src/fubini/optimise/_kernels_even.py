@@ -110,15 +110,15 @@ def even_node(points, tri, nbr, star, low, high, v, limit, good):
 
 
 @kernel
-def even_out(points, tri, nbr, fixed, limit, fine, fair, rounds, first, star, size):
+def even_out(points, tri, nbr, fixed, limit, kept, first, star, size):
     """Move the nodes from ``fixed`` on of pairs that differ by more than ``limit``; the number of moves.
 
-    points (n, 2) is changed in place. ``fine``, ``fair`` : shapes, (Lmax^2 - Lmin^2) / 4 A, to which no objection is
-    made in the first half of the rounds, and later on. Scratch: first (n - fixed + 1,), star (3 m,), size (m,).
+    points (n, 2) is changed in place. kept (r,) : shapes, (Lmax^2 - Lmin^2) / 4 A, to which no objection is made in
+    each of r rounds. Scratch: first (n - fixed + 1,), star (3 m,), size (m,).
     """
     total = 0
-    for turn in range(rounds):
-        moved, good = 0, fine if 2 * turn < rounds else fair
+    for turn in range(kept.shape[0]):
+        moved, good = 0, kept[turn]
         for t in range(tri.shape[0]):
             size[t], _ = triangle_size(points, tri, t, -1, 0.0, 0.0)
         for t in range(tri.shape[0]):

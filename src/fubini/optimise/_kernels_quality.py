@@ -12,7 +12,7 @@ from fubini._jit import inner
 from fubini.optimise._kernels_state import AR, BOUND, FLOOR, SOFT, WAIVED, WEIGHT
 
 INVERTED = 1000.0
-BELOW_FLOOR, BELOW_BOUND = 50.0, 900.0
+BELOW_FLOOR, BELOW_BOUND = 50.0, 1e9
 
 
 @inner
@@ -48,18 +48,20 @@ def cost_of(f, rule):
     Valid triangles weigh little, so that mending one flawed triangle is worth spoiling its
     neighbours within the bound; among valid ones the fourth power lets the worst count most. While valid
     triangles are improved, ``rule[SOFT]`` is the goal and ``rule[FLOOR]`` what was reached before; no move may undo
-    that, let alone break the bound ``rule[BOUND]``.
+    that, let alone break the bound ``rule[BOUND]``; below the floor the eighth power keeps the worst from falling.
     """
     r = (1.0 - f) * rule[WEIGHT]
     if f >= rule[SOFT]:
         r *= r
         r *= r
         return 0.02 * r * r
-    if f < -1.0:
-        return INVERTED - f
     if f >= rule[FLOOR]:
-        return 4.0 * r - 3.0
-    return 4.0 * r - 3.0 + (BELOW_BOUND if f < rule[BOUND] else BELOW_FLOOR)
+        return 4.0 * r - 3.0 if f >= -1.0 else INVERTED - f
+    if f < rule[BOUND]:
+        return BELOW_BOUND - f
+    r *= r
+    r *= r
+    return BELOW_FLOOR * r * r
 
 
 @inner

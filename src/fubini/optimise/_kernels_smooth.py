@@ -14,14 +14,15 @@ from __future__ import annotations
 import math
 
 from fubini._jit import inner, kernel
+from fubini.optimise._kernels_degrees import even_degrees
 from fubini.triangulation._kernels_topology import edge_is_illegal, flip
 
 ROOT3 = math.sqrt(3.0)
 HEIGHT = 0.5 * ROOT3
-NEAR, FAR = 0.01, 50.0
+NEAR, FAR = 0.01, 150.0
 LEAST = math.sqrt(NEAR)
 #: ``d`` above which a triangle has its nodes looked at, and above which its cost is convex in ``d``
-FROM, CONVEX = 3e-4, 0.1035
+FROM, CONVEX = 3e-4, 0.0765
 #: falls of the cost: less is no reason to move, more has the nodes around looked at again
 FALL, GAIN = 2e-4, 2e-3
 #: attempts to shorten a step that does not pay, and by what
@@ -205,20 +206,23 @@ def flip_all(points, tri, nbr, at, awake, stack):
 
 
 @kernel
-def smooth(points, tri, nbr, fixed, rounds, at, stack, awake, ring, rx, ry):
+def smooth(points, tri, nbr, fixed, rounds, at, degree, stack, awake, sides, ring, rx, ry):
     """Move the nodes from ``fixed`` on and flip edges to be Delaunay again, ``rounds`` times; moves and flips made.
 
-    points (n, 2), tri and nbr (m, 3) are changed in place. awake (n,) uint8 : zeros. Scratch: at (n,), stack (any,)
-    int32; ring (j,) int32, rx, ry (j,), where nodes with more neighbours than j - 1 stay.
+    Between the first two rounds flips also even out the number of triangles at nodes (``even_degrees``).
+    points (n, 2), tri and nbr (m, 3) are changed in place. awake (n,) uint8, sides (fixed, 4) : zeros. Scratch: at,
+    degree (n,), stack (any,) int32; ring (j,) int32, rx, ry (j,), where nodes with j neighbours and more stay.
     """
     total = 0
     if not survey(points, tri, fixed, at, awake):
         return 0
-    for _ in range(rounds):
+    for turn in range(rounds):
         done = 0
         for _ in range(SWEEPS):
             done += smooth_sweep(points, tri, nbr, fixed, at, awake, ring, rx, ry)
         if done == 0:
             break
         total += done + flip_all(points, tri, nbr, at, awake, stack)
+        if turn == 0 and rounds > 1:
+            total += even_degrees(points, tri, nbr, at, degree, sides, awake)
     return total

@@ -30,7 +30,7 @@ from fubini.tracks import Tracks
 from fubini.triangulation.value import Triangulation
 
 #: skewness in degrees that valid triangles are raised to, in turn; at 56 the aspect ratio is below 1.5
-IMPROVED_SKEW = (49.0, 52.0, 55.0, 58.0, 61.0)
+IMPROVED_SKEW = (49.0, 52.0, 55.0, 58.0, 61.0, 63.0)
 
 #: flaws that are searched for before refinement, and rounds of refinement and search
 FEW, ROUNDS = 6, 4
@@ -94,7 +94,7 @@ def _finish(
 
 @functools.lru_cache(maxsize=16)
 def improvement_goals(options: OptimiseOptions) -> NDArray[np.float64]:
-    """Values of f to reach in turn once the bound is met: skewness 49 to 61 degrees, as far as above the bound."""
+    """Values of f to reach in turn once the bound is met: skewness 49 to 63 degrees, as far as above the bound."""
     above = options.min_skew + 1.0 if options.improve > 0.0 else 90.0
     return np.array([math.tan(math.radians(s - 45.0)) for s in IMPROVED_SKEW if s > above])
 

@@ -16,12 +16,12 @@ from fubini.optimise._kernels_state import NODES, TRIANGLES, State
 from fubini.optimise.options import OptimiseOptions, implied_aspect_ratio
 from fubini.triangulation.value import Triangulation
 
-#: Rounds of sweeps and flips, and of evening out.
-ROUNDS, EVEN_ROUNDS = 3, 6
+#: Rounds of sweeps and flips.
+ROUNDS = 3
 #: Nodes with as many neighbours stay.
 RING = 128
-#: Skewness (degrees) below which evening out brings no triangle, in its first rounds and later on.
-KEPT_SKEW = (55.0, 50.0)
+#: Skewness (degrees) below which evening out brings no triangle, in each of its rounds.
+KEPT_SKEW = (64.0, 62.0, 60.0, 58.0, 55.0, 50.0)
 
 
 def smooth(triangulation: Triangulation, rounds: int = ROUNDS) -> Triangulation:
@@ -52,8 +52,8 @@ def _smooth(
     n, m = len(points), len(tri)
     if fixed == n:
         return 0
-    at, stack, ring = (np.empty(k, np.int32) for k in (n, m + 64, RING))
-    scratch = at, stack, np.zeros(n, np.uint8), ring, np.empty(RING), np.empty(RING)
+    at, degree, stack, ring = (np.empty(k, np.int32) for k in (n, n, m + 64, RING))
+    scratch = at, degree, stack, np.zeros(n, np.uint8), np.zeros((fixed, 4)), ring, np.empty(RING), np.empty(RING)
     return int(kernels.smooth(points, tri, nbr, fixed, rounds, *scratch))
 
 
@@ -71,21 +71,19 @@ def even_out(triangulation: Triangulation, options: OptimiseOptions) -> Triangul
     points = np.array(triangulation.points)
     given = triangulation.triangles, triangulation.neighbours
     triangles, neighbours = (array if array.flags.writeable else array.copy() for array in given)
-    fine, fair = _kept(options)
     scratch = np.empty(n - fixed + 1, np.int32), np.empty(3 * m, np.int32), np.empty(m)
-    if not even(points, triangles, neighbours, fixed, options.growth, fine, fair, EVEN_ROUNDS, *scratch):
+    if not even(points, triangles, neighbours, fixed, options.growth, _kept(options), *scratch):
         return triangulation
     return replace(triangulation, points=points)
 
 
 @functools.lru_cache(maxsize=16)
-def _kept(options: OptimiseOptions) -> tuple[float, float]:
-    """Cotangents of the skewness below which evening out brings no triangle: in its first rounds, and later on.
+def _kept(options: OptimiseOptions) -> NDArray[np.float64]:
+    """Cotangents of the skewness below which evening out brings no triangle, in each of its rounds.
 
     At least so much that a triangle is within both bounds of the options, with a margin.
     """
     least = options.min_skew + 0.5
     while implied_aspect_ratio(least) > 0.99 * options.max_aspect_ratio and least < 89.0:
         least += 0.5
-    fine, fair = (1.0 / math.tan(math.radians(max(least, skew))) for skew in KEPT_SKEW)
-    return fine, fair
+    return np.array([1.0 / math.tan(math.radians(max(least, skew))) for skew in KEPT_SKEW])

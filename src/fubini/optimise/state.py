@@ -49,7 +49,7 @@ def rule_of(options: OptimiseOptions) -> NDArray[np.float64]:
     rule[HARD] = hard + 1e-9
     rule[SOFT] = rule[BOUND] = hard + MARGIN
     rule[WEIGHT] = 1.0 / (1.0 - rule[SOFT])
-    rule[FLOOR] = -2.0
+    rule[FLOOR] = -9.0
     rule[WAIVED] = 0.95 * MARGIN
     if options.max_aspect_ratio <= implied_aspect_ratio(options.min_skew):
         # the scale of f is steeper in the aspect ratio: a margin of its own
