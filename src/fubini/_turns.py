@@ -83,8 +83,7 @@ def _begin(folder: Path) -> None:
     if sys.stderr is not None and not any(folder.glob("*.nbi")):
         sys.stderr.write("fubini: first run, compiling for about 20 seconds, once\n")
         sys.stderr.flush()
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    if cores < 2 or not Path(sys.executable).name.lower().startswith("python"):
+    if cores() < 2 or not Path(sys.executable).name.lower().startswith("python"):
         return
     root = str(Path(__file__).parent.parent)
     code = f"import sys; sys.path.append({root!r}); from fubini import _helper; _helper.main({__file__!r})"
@@ -100,6 +99,11 @@ def _begin(folder: Path) -> None:
         return
     _started.append(helper)
     atexit.register(_end, helper)
+
+
+def cores() -> int:
+    """Processor cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _end(helper: subprocess.Popen[bytes]) -> None:

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterable, Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
+from itertools import accumulate, repeat
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fubini import certificate
+from fubini._turns import cores
 from fubini.errors import FubiniError, GeometryError, OptionError
 from fubini.measure import numbering
 from fubini.model import Model, SkippedFace
@@ -27,9 +30,12 @@ from fubini.pipeline.plane import plane_model
 from fubini.pipeline.points import with_points
 from fubini.pipeline.sizes import face_sizes, size_options
 from fubini.region import Region
-from fubini.result import Certificate, Mesh
+from fubini.result import Certificate, FaceCertificate, Mesh
 from fubini.sampling.boundary import BoundarySizing, Outline
 from fubini.tracks import evaluate
+
+#: Triangles from which on judging a face is worth a thread.
+LARGE = 50_000
 
 
 def load(source: Any, **reading: Any) -> Model:
@@ -265,41 +271,56 @@ def _certify(
     results: list[FaceResult],
     options: MeshOptions,
 ) -> Certificate:
-    """Judge what is shipped: every face by the points and triangles of the whole mesh."""
+    """Judge what is shipped: every face by the points and triangles of the whole mesh.
+
+    Large faces are judged beside each other where there are cores for it: they share nothing that changes.
+    """
     bounds = {"min_skew": options.min_skew, "max_aspect_ratio": options.max_aspect_ratio}
-    faces = []
-    at, number = 0, numbering(len(whole.points))
-    for face, outline, result, numbers in zip(model.faces, outlines, results, whole.nodes_of_face, strict=True):
-        outcome, boundary = result.outcome, result.mesh.boundary
-        n = result.mesh.triangle_count
-        ids = edge_ids[outline.edges]
-        segments = lips(whole, slice(at, at + n), numbers[boundary.segments].astype(np.int32))
-        first = np.flatnonzero(boundary.t[:, 0] == np.where(outline.forward, 0.0, 1.0)[boundary.track])
-        judged = certificate.Outline(
-            segments=segments,
-            curve=boundary.track,
-            t=boundary.t,
-            corners=segments[first, 0],
-            angles=outline.angles[boundary.track[first]],
-            edges=dict(enumerate(ids.tolist())),
-            slack=max(model.edges[int(e)].tolerance for e in ids),
-        )
-        faces.append(
-            certificate.certify_face(
-                face,
-                whole.points,
-                whole.triangles[at : at + n],
-                judged,
-                partial(evaluate, outline.exact),
-                diagonal=model.diagonal,
-                moves=outcome.moves,
-                budget_exhausted=outcome.budget_exhausted,
-                number=number,
-                **bounds,
-            )
-        )
-        at += n
+    counts = [result.mesh.triangle_count for result in results]
+    starts = [0, *accumulate(counts)]
+
+    def judge(k: int, number: NDArray[np.uint32] | None) -> FaceCertificate:
+        part = slice(starts[k], starts[k + 1])
+        outline, outcome = outlines[k], results[k].outcome
+        return certificate.certify_face(
+            model.faces[k], whole.points, whole.triangles[part],
+            _judged(model, outline, edge_ids[outline.edges], whole, results[k], part, whole.nodes_of_face[k]),
+            partial(evaluate, outline.exact), diagonal=model.diagonal, moves=outcome.moves,
+            budget_exhausted=outcome.budget_exhausted, number=number, **bounds,
+        )  # fmt: skip
+
+    threads = min(cores(), sum(count > LARGE for count in counts))
+    if threads > 1:
+        with ThreadPoolExecutor(threads) as pool:
+            faces = list(pool.map(judge, range(len(counts)), repeat(None)))
+    else:
+        number = numbering(len(whole.points))
+        faces = [judge(k, number) for k in range(len(counts))]
     return certificate.certify(faces, skipped_faces=len(model.skipped), notes=model.notes, **bounds)
+
+
+def _judged(
+    model: Model,
+    outline: Outline,
+    ids: NDArray[np.int64],
+    whole: Assembly,
+    result: FaceResult,
+    part: slice,
+    numbers: NDArray[Any],
+) -> certificate.Outline:
+    """The boundary of a face, whose triangles are this part of the whole, tied to its curves."""
+    boundary = result.mesh.boundary
+    segments = lips(whole, part, numbers[boundary.segments].astype(np.int32))
+    first = np.flatnonzero(boundary.t[:, 0] == np.where(outline.forward, 0.0, 1.0)[boundary.track])
+    return certificate.Outline(
+        segments=segments,
+        curve=boundary.track,
+        t=boundary.t,
+        corners=segments[first, 0],
+        angles=outline.angles[boundary.track[first]],
+        edges=dict(enumerate(ids.tolist())),
+        slack=max(model.edges[int(e)].tolerance for e in ids),
+    )
 
 
 def _mesh_value(model: Model, whole: Assembly, named: Names, verdict: Certificate, size: float, clock: _Clock) -> Mesh:
