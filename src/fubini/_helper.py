@@ -1,23 +1,42 @@
 """The second process of a first run: compiles the optimiser and what comes after it (see ``fubini._turns``).
 
-Kernels are compiled for the types that they are called with, so they are called, on a square of four triangles.
+Kernels are compiled for the types that they are called with, so most are called, on a square of four triangles.
 """
 
 from __future__ import annotations
 
 import os
+from typing import Any
 
 import numpy as np
+from numba.core import types
 
+from fubini import _kernels_shipped as shipped
 from fubini import _turns
 from fubini.measure import compare_with_curves, measure
-from fubini.optimise import OptimiseOptions, even_out
-from fubini.optimise._kernels_state import BUDGET, work
+from fubini.optimise import OptimiseOptions, even_out, refine, smooth
+from fubini.optimise._kernels_rescue import rescue
+from fubini.optimise._kernels_state import BUDGET, State, work
 from fubini.optimise.loop import run
 from fubini.optimise.state import build_state, read_state
+from fubini.pipeline import _kernels_assemble as assembly
+from fubini.sampling._kernels_interior import write_core
 from fubini.tracks import Tracks
 from fubini.tracks.table import LINE, TrackBuilder, evaluate
 from fubini.triangulation.value import CORNER, Boundary, Triangulation
+
+#: What the first process comes to last: kernels and their argument types. d, i, l, u, b: float64, int32, int64, uint32
+#: and uint8; then the dimensions of an array, r: read-only.
+LATER: tuple[tuple[Any, str], ...] = (
+    (shipped.number_chains, "u2 u2 i1"),
+    (shipped.meet, "u2r u1 u1 u1 i2"),
+    (write_core, "b2 d1 d2 i2 l l d2 i2"),
+    (assembly.write_strip, "d2 d2 i2 l1 l d2 i2"),
+    (assembly.join, "l1 d1 d2 l d l1 d2 l2 l1"),
+    (assembly.enter, "i1 i1 d1 i2 i1 d2 l1 l2 d2 l l1 d1 d2 l1 d2 l2"),
+    (assembly.rim_last, "d2 i2 i2 i1 i1 i2"),
+)
+KINDS = {"d": types.float64, "i": types.int32, "l": types.int64, "u": types.uint32, "b": types.uint8}
 
 SQUARE = np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0), (0.5, 0.5)])
 
@@ -38,12 +57,24 @@ def square() -> tuple[Triangulation, Tracks]:
     return Triangulation(SQUARE, triangles, neighbours, boundary), builder.build()
 
 
+def _kind(text: str) -> Any:
+    """The type that an entry of ``LATER`` stands for."""
+    kind = KINDS[text[0]]
+    return types.Array(kind, int(text[1]), "C", readonly=text.endswith("r")) if len(text) > 1 else kind
+
+
+def by_hand(start: Triangulation, tracks: Tracks, options: OptimiseOptions) -> State:
+    """A state without effort to spend, made without a kernel."""
+    state = build_state(start, tracks, options, 200)
+    state.counts[BUDGET] = 0
+    return state
+
+
 def compile_all() -> None:
     """Call, and by that compile, the kernels that take longest first."""
     start, tracks = square()
     options = OptimiseOptions()
-    state = build_state(start, tracks, options, 200)
-    state.counts[BUDGET] = 0
+    state = by_hand(start, tracks, options)
     run(state, work(), options)
     read_state(state, start)
     even_out(start, options)
@@ -53,6 +84,11 @@ def compile_all() -> None:
     measure(points, start.triangles, segments, plane, (45.0, 2.0))
     evaluate(tracks, [0], 0.5)
     compare_with_curves(points, segments, np.repeat(points[segments[:, :1]], 3, 1))
+    for kernel, kinds in LATER:
+        kernel.compile(tuple(_kind(text) for text in kinds.split()))
+    smooth(start)
+    refine(start, tracks, 1.0, 0.5)
+    rescue(by_hand(start, tracks, options), work(), 0)
 
 
 def main(path: str) -> None:

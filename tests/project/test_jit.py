@@ -16,7 +16,7 @@ import pytest
 import fubini
 import fubini._jit as jit
 import regions
-from fubini._helper import compile_all, square
+from fubini._helper import LATER, compile_all, square
 from fubini._reference import Reference, by_reference
 from fubini._turns import ALONE, turn
 from fubini.triangulation.validate import validate
@@ -203,9 +203,12 @@ def test_the_helper_compiles_for_the_types_that_meshing_calls_with():
     from fubini.optimise._kernels_copy import read_out
     from fubini.optimise._kernels_even import even_out
     from fubini.optimise._kernels_loop import drive
+    from fubini.optimise._kernels_refine import advance
+    from fubini.optimise._kernels_smooth import smooth
 
     compile_all()
     start, _ = square()
     assert validate(start) == ()
-    fubini.mesh(regions.model_of(regions.quarter_disk()), 0.1)
-    assert [len(kernel.overloads) for kernel in (drive, read_out, even_out)] == [1, 1, 1]
+    fubini.mesh(regions.model_of(regions.quarter_disk()), 0.02)
+    later = [kernel for kernel, _ in LATER]
+    assert [len(kernel.overloads) for kernel in (drive, read_out, even_out, advance, smooth, *later)] == [1] * 12

@@ -38,19 +38,23 @@ def triangle_size(points, tri, t, v, x, y):
 
 
 @inner
-def unevenness(points, tri, nbr, star, low, high, v, x, y, limit):
-    """Sum of the squared excesses over ``limit`` of all pairs with a triangle at v, v at (x, y)."""
+def unevenness(points, tri, nbr, star, low, high, v, x, y, limit, size):
+    """Sum of the squared excesses over ``limit`` of all pairs with a triangle at v, v at (x, y).
+
+    The sizes (m,) of the triangles at v are set to those for this place.
+    """
+    for q in range(low, high):
+        size[star[q]], _ = triangle_size(points, tri, star[q], v, x, y)
     total = 0.0
     for q in range(low, high):
         t = star[q]
-        size, _ = triangle_size(points, tri, t, v, x, y)
         for i in range(3):
             u = nbr[t, i]
             if u >= 0:
-                other, _ = triangle_size(points, tri, u, v, x, y)
-                excess = max(size, other) - limit * min(size, other)
+                least = min(size[t], size[u])
+                excess = max(size[t], size[u]) - limit * least
                 if excess > 0.0:
-                    total += (excess / min(size, other)) ** 2
+                    total += (excess / least) ** 2
     return total
 
 
@@ -82,59 +86,88 @@ def gather_triangles(tri, fixed, first, star):
 
 
 @inner
-def even_node(points, tri, nbr, star, low, high, v, limit, good):
+def even_node(points, tri, nbr, star, low, high, v, limit, good, size):
     """Move node v by compass search to where the pairs around it are least uneven; whether it moved.
 
-    No shape beside it becomes worse than it is and than ``good``.
+    No shape beside it becomes worse than it is and than ``good``. ``size`` (m,) stays true.
     """
     x, y = points[v, 0], points[v, 1]
-    old = unevenness(points, tri, nbr, star, low, high, v, x, y, limit)
+    old = unevenness(points, tri, nbr, star, low, high, v, x, y, limit, size)
     if old == 0.0:
         return False
-    size, _ = triangle_size(points, tri, star[low], v, x, y)
-    best, step = old, FIRST_STEP * size
-    while step > LAST_STEP * size and best > 0.0:
+    best, step = old, FIRST_STEP * size[star[low]]
+    last = LAST_STEP * size[star[low]]
+    while step > last and best > 0.0:
         moved = False
         for d in range(8):
             p, q = x + step * math.cos(0.25 * math.pi * d), y + step * math.sin(0.25 * math.pi * d)
-            cost = unevenness(points, tri, nbr, star, low, high, v, p, q, limit)
+            cost = unevenness(points, tri, nbr, star, low, high, v, p, q, limit, size)
             if cost < best and not spoils(points, tri, star, low, high, v, p, q, good):
                 x, y, best, moved = p, q, cost, True
                 break
         if not moved:
             step *= 0.5
     if best > 0.999 * old:
+        x, y = points[v, 0], points[v, 1]
+    unevenness(points, tri, nbr, star, low, high, v, x, y, limit, size)
+    if best > 0.999 * old:
         return False
     points[v, 0], points[v, 1] = x, y
     return True
 
 
+@inner
+def unchanged(nbr, star, low, high, stamp, since):
+    """Whether the triangles star[low:high] and those beside them have the sizes that they had at move ``since``."""
+    for q in range(low, high):
+        t = star[q]
+        if stamp[t] > since:
+            return False
+        for i in range(3):
+            if nbr[t, i] >= 0 and stamp[nbr[t, i]] > since:
+                return False
+    return True
+
+
 @kernel
-def even_out(points, tri, nbr, fixed, limit, kept, first, star, size):
+def even_out(points, tri, nbr, fixed, limit, kept, first, star, before, size, stamp, failed):
     """Move the nodes from ``fixed`` on of pairs that differ by more than ``limit``; the number of moves.
 
     points (n, 2) is changed in place. kept (r,) : shapes, (Lmax^2 - Lmin^2) / 4 A, to which no objection is made in
-    each of r rounds. Scratch: first (n - fixed + 1,), star (3 m,), size (m,).
+    each of r rounds. Scratch: first (n - fixed + 1,), star (3 m,); sizes before (m,) at the start of a round and
+    size (m,) now; stamp (m,) int32, zero: the move that last changed a triangle; failed (n - fixed,) int32: the moves
+    made when a node last stayed where it was.
     """
     total = 0
     for turn in range(kept.shape[0]):
         moved, good = 0, kept[turn]
         for t in range(tri.shape[0]):
-            size[t], _ = triangle_size(points, tri, t, -1, 0.0, 0.0)
+            before[t], _ = triangle_size(points, tri, t, -1, 0.0, 0.0)
+            size[t] = before[t]
         for t in range(tri.shape[0]):
             for i in range(3):
                 u = nbr[t, i]
-                if u <= t or max(size[t], size[u]) <= limit * min(size[t], size[u]):
+                if u <= t or max(before[t], before[u]) <= limit * min(before[t], before[u]):
                     continue
                 if turn == 0 and moved == 0:
                     gather_triangles(tri, fixed, first, star)
+                if moved == 0:
+                    for v in range(failed.shape[0]):
+                        failed[v] = -1
                 moved += 1
                 for k in range(6):
                     v = tri[t, k] if k < 3 else tri[u, k - 3]
-                    if v >= fixed:
-                        low, high = first[v - fixed], first[v - fixed + 1]
-                        if even_node(points, tri, nbr, star, low, high, v, FROM * limit, good):
-                            total += 1
+                    if v < fixed:
+                        continue
+                    low, high = first[v - fixed], first[v - fixed + 1]
+                    if failed[v - fixed] >= 0 and unchanged(nbr, star, low, high, stamp, failed[v - fixed]):
+                        continue
+                    if even_node(points, tri, nbr, star, low, high, v, FROM * limit, good, size):
+                        total += 1
+                        for q in range(low, high):
+                            stamp[star[q]] = total
+                    else:
+                        failed[v - fixed] = total
         if moved == 0:
             break
     return total

@@ -71,7 +71,8 @@ def even_out(triangulation: Triangulation, options: OptimiseOptions) -> Triangul
     points = np.array(triangulation.points)
     given = triangulation.triangles, triangulation.neighbours
     triangles, neighbours = (array if array.flags.writeable else array.copy() for array in given)
-    scratch = np.empty(n - fixed + 1, np.int32), np.empty(3 * m, np.int32), np.empty(m)
+    first, star, failed = (np.empty(k, np.int32) for k in (n - fixed + 1, 3 * m, n - fixed))
+    scratch = first, star, np.empty(m), np.empty(m), np.zeros(m, np.int32), failed
     if not even(points, triangles, neighbours, fixed, options.growth, _kept(options), *scratch):
         return triangulation
     return replace(triangulation, points=points)
