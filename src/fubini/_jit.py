@@ -148,7 +148,7 @@ class _Whole(JITCodeLibrary):
             if not function.is_declaration and function.linkage == Linkage.linkonce_odr:
                 function.linkage = "internal"
         # tables for Python errors, one a function: nearly all unused, yet filled whenever the code is loaded
-        entries = {f.name for f in module.functions if not f.is_declaration and f.linkage == Linkage.external}
+        entries = _entries(module)
         for table in _environments(module):
             if table.name.replace("_ZN08NumbaEnv", "_ZN") not in entries:
                 table.linkage = "internal"
@@ -166,11 +166,15 @@ class _Whole(JITCodeLibrary):
         self._ensure_finalized()
         if self._shared_module is None:
             module = self._final_module
-            entries = (f.name for f in module.functions if not f.is_declaration and f.linkage == Linkage.external)
-            lines = [f'define void @"{name}"() {{ ret void }}' for name in entries]
+            lines = [f'define void @"{name}"() {{ ret void }}' for name in _entries(module)]
             lines += [f'@"{table.name}" = common global i64 0' for table in _environments(module)]
             self._shared_module = parse_assembly("\n".join(lines))
         return self._shared_module
+
+
+def _entries(module: Any) -> list[str]:
+    """Names of the functions of a module that are called from outside."""
+    return [f.name for f in module.functions if not f.is_declaration and f.linkage == Linkage.external]
 
 
 def _environments(module: Any) -> list[Any]:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from collections.abc import Iterable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
-from itertools import accumulate, repeat
+from itertools import accumulate
 from typing import Any
 
 import numpy as np
@@ -278,24 +279,26 @@ def _certify(
     bounds = {"min_skew": options.min_skew, "max_aspect_ratio": options.max_aspect_ratio}
     counts = [result.mesh.triangle_count for result in results]
     starts = [0, *accumulate(counts)]
+    scratch = threading.local()
 
-    def judge(k: int, number: NDArray[np.uint32] | None) -> FaceCertificate:
+    def judge(k: int) -> FaceCertificate:
+        if not hasattr(scratch, "number"):
+            scratch.number = numbering(len(whole.points))
         part = slice(starts[k], starts[k + 1])
         outline, outcome = outlines[k], results[k].outcome
         return certificate.certify_face(
             model.faces[k], whole.points, whole.triangles[part],
             _judged(model, outline, edge_ids[outline.edges], whole, results[k], part, whole.nodes_of_face[k]),
             partial(evaluate, outline.exact), diagonal=model.diagonal, moves=outcome.moves,
-            budget_exhausted=outcome.budget_exhausted, number=number, **bounds,
+            budget_exhausted=outcome.budget_exhausted, number=scratch.number, **bounds,
         )  # fmt: skip
 
     threads = min(cores(), sum(count > LARGE for count in counts))
     if threads > 1:
         with ThreadPoolExecutor(threads) as pool:
-            faces = list(pool.map(judge, range(len(counts)), repeat(None)))
+            faces = list(pool.map(judge, range(len(counts))))
     else:
-        number = numbering(len(whole.points))
-        faces = [judge(k, number) for k in range(len(counts))]
+        faces = [judge(k) for k in range(len(counts))]
     return certificate.certify(faces, skipped_faces=len(model.skipped), notes=model.notes, **bounds)
 
 
