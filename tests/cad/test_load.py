@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import re
 import threading
 from pathlib import Path
@@ -9,9 +10,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from OCP.BRepTools import BRepTools
+from OCP.Geom import Geom_BSplineCurve
 from OCP.IGESControl import IGESControl_Writer
 from OCP.STEPControl import STEPControl_StepModelType, STEPControl_Writer
 
+import fubini
 from cad import shapes as S
 from fubini.cad import attach, load, occ
 from fubini.errors import FubiniError, GeometryError, InputError
@@ -224,3 +227,19 @@ def test_a_mesh_without_a_shape_cannot_be_attached():
     mesh = Mesh(none, ints, ints[:, 0], ints[:, :2], ints[:, 0], {}, {}, Certificate((), 0.0, 0.0), 1.0)
     with pytest.raises(InputError, match="no live CAD shape"):
         attach(mesh)
+
+
+@pytest.mark.parametrize("size", [1e-2, 1e-5])
+def test_an_edge_that_crosses_itself_is_named_with_file_and_place(size, tmp_path):
+    points = [(0, 0, 7), (2, 0.5, 7), (5, 0, 7), (5 + size, 0, 7), (5 - size, 0, 7), (5, 0, 7), (8, 0.5, 7), (10, 0, 7)]
+    weights = S.reals([1, 1.4, 1.5, 1.1, 0.6, 0.5, 0.9, 1.3])
+    knots = S.reals([0, 1, 2, 3, 4, 5]), S.integers([4, 1, 1, 1, 1, 4])
+    curve = Geom_BSplineCurve(S.points_array(points), weights, *knots, 3)
+    corners = [(10, 0, 7), (10, 10, 7), (0, 10, 7), (0, 0, 7)]
+    edges = [S.edge_of(curve, 0, 5), *(S.line(a, b) for a, b in itertools.pairwise(corners))]
+    path = write_brep(S.face_of(S.wire_of(*edges)), tmp_path / "loop.brep")
+    with pytest.raises(GeometryError, match="crosses itself") as caught:
+        fubini.mesh(path)
+    error = caught.value
+    assert error.file == str(path) and (error.face, error.edge) == (0, 0)
+    assert error.at == pytest.approx((5.0, 0.0, 7.0), abs=size)

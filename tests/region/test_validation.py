@@ -8,7 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fubini.curves import Bezier, CircularArc, Line
+import fubini
+from fubini.curves import Bezier, BSpline, CircularArc, Line
 from fubini.errors import GeometryError
 from fubini.region import Region
 from regions import blob, chain, circle, gear, loop, plate, quarter_disk, random_polygon, slot, wedge
@@ -96,6 +97,42 @@ def test_curves_that_cross_themselves():
     assert place[0] == pytest.approx(0.5, abs=1e-5)
     bulge = chain(Line((0, 0), (4, 0)), Bezier([(4, 0), (5, 4), (2, -8), (0, 3)]), Line((0, 3), (0, 0)))
     assert [k for k, _ in faults(bulge)] == ["self-crossing"] * 2
+
+
+def doubled_back(size, weights=None):
+    """A square, one edge of which is a cubic B-spline whose control points go back by twice ``size`` amid it."""
+    poles = [(0, 0), (0.2, 0.05), (0.5, 0), (0.5 + size, 0), (0.5 - size, 0), (0.5, 0), (0.8, 0.05), (1, 0)]
+    edge = BSpline(3, [0, 0, 0, 0, 1, 2, 3, 4, 5, 5, 5, 5], poles, weights)
+    return chain(edge, Line((1, 0), (1, 1)), Line((1, 1), (0, 1)), Line((0, 1), (0, 0)))
+
+
+@pytest.mark.parametrize("weights", [None, [1, 1.4, 1.5, 1.1, 0.6, 0.5, 0.9, 1.3]])
+@pytest.mark.parametrize("size", [1e-2, 1e-4, 1e-5, 1e-6, 1e-8])
+def test_a_loop_in_an_edge_is_found_however_small(size, weights):
+    (problem,) = doubled_back(size, weights).validate()
+    assert problem.kind == "self-crossing" and problem.message.endswith("edge 0 of loop 0 crosses itself")
+    assert problem.place == pytest.approx((0.5, 0.0), abs=0.2 * size)
+
+
+@pytest.mark.parametrize("weights", [None, [1, 1.4, 1.5, 1.1, 0.6, 0.5, 0.9, 1.3]])
+@pytest.mark.parametrize("size", [1e-9, 1e-11, 0.0])
+def test_a_loop_below_the_tolerance_counts_as_a_point(size, weights):
+    """Neither the loop nor what rounding makes of coincident control points calls for small triangles."""
+    region = doubled_back(size, weights)
+    assert region.validate() == ()
+    mesh = fubini.mesh(region, 0.1)
+    assert mesh.certificate.certified
+    assert 200 < len(mesh.triangles) < 600
+
+
+@pytest.mark.parametrize("size", [1e-7, 1e-8, 1e-9])
+def test_pieces_of_splines_beside_the_origin_are_functions_there(size):
+    """Their coordinates are far smaller than those of the curve that they are cut from, whose rounding they keep."""
+    for seed in range(20):
+        poles = size * np.random.default_rng(seed).normal(size=(5, 2))
+        edge = Bezier([(0, 0), *poles, (0.5, 0.05), (1, 0)])
+        region = chain(edge, Line((1, 0), (1, 1)), Line((1, 1), (0, 1)), Line((0, 1), (0, 0)))
+        assert region.contains([(0.5, 0.5), (0.5, -0.5)]).tolist() == [True, False]
 
 
 @pytest.mark.parametrize("size", [1e-3, 1e-5, 1e-7])

@@ -110,9 +110,10 @@ class Chain:
         return self.poles[..., :2] / self.poles[..., 2:]
 
     def noise(self, axis: int) -> float:
-        """Differences of the coordinate below this are rounding errors."""
-        size = float(np.ptp(self._flat_poles.reshape(-1, 2), axis=0).max())
-        return NOISE * max(float(np.abs(self._flat_poles[..., axis] + self.origin[axis]).max()), size)
+        """Differences of the coordinate below this are rounding errors, also of a curve that this was trimmed from."""
+        x, size = self._flat_poles[..., axis], float(np.ptp(self._flat_poles.reshape(-1, 2), axis=0).max())
+        trimmed = max(float(np.abs(x).max()), abs(float(self.origin[axis])))
+        return NOISE * max(float(np.abs(x + self.origin[axis]).max()), size, trimmed)
 
     def flats(self, axis: int) -> NDArray[np.bool_]:
         """Pieces (p,) of constant coordinate: within rounding, and too long for a mere vertical tangent."""

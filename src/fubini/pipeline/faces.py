@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fubini.errors import OptionError
+from fubini.errors import GeometryError, OptionError
 from fubini.optimise import OptimiseOptions, OptimiseOutcome, even_out, optimise, refine, refine_and_optimise, smooth
 from fubini.pipeline.options import MeshOptions, Progress
 from fubini.pipeline.pattern import PatternPoints, pattern_nodes
@@ -254,6 +254,9 @@ class FaceMesher:
             self.finer[f] = done + 1
             if not self._refine_boundary(f, best):
                 break
+        if core is None and not len(best.triangulation.triangles):
+            at = self.sizing.boundary(f, self.nodes).points[0]
+            raise GeometryError("nothing lies inside the outline: it crosses itself or runs backwards", face=f, at=at)
         self._follow_splits(f, best)
         self.results[f] = FaceResult(with_core(best.triangulation, core), best, self._versions(f))
 

@@ -115,10 +115,10 @@ def _search(parts: Parts, pairs: _Pairs, slack: float, tolerance: float, diagona
         done = _apart(a, b, slack) | _only_joint(parts, pairs, a, b, _NEIGHBOURS * diagonal)
         pairs, a, b = pairs.select(~done), _pick(a, ~done), _pick(b, ~done)
         meets, steep = _meets(a, b, slack, tolerance)
-        new = [c for c in _contacts(parts, pairs, a, b, meets, steep) if not _is_joint(parts, c, diagonal)]
+        new = [c for c in _contacts(parts, pairs, a, b, meets, steep) if not _is_joint(parts, c, tolerance, diagonal)]
         pairs = pairs.select(~meets).halved((a.length >= 0.5 * b.length)[~meets], (b.length >= 0.5 * a.length)[~meets])
         pairs, crowded = _thin_out(parts, pairs, tolerance)
-        new += [c for c in crowded if not _is_joint(parts, c, diagonal)]
+        new += [c for c in crowded if not _is_joint(parts, c, tolerance, diagonal)]
         pairs = _without(parts, pairs, new)
         found += new
     return found
@@ -304,7 +304,7 @@ def _end(parts: Parts, part: Int) -> Float:
     return np.where(end == 0.0, parts.total[part], end)
 
 
-def _is_joint(parts: Parts, contact: Contact, diagonal: float) -> bool:
+def _is_joint(parts: Parts, contact: Contact, tolerance: float, diagonal: float) -> bool:
     """Whether the parts meet only because a joint lies close by along the loop.
 
     Ends that run into a cusp may cross within the accuracy of CAD data: such a lens of no width
@@ -313,17 +313,30 @@ def _is_joint(parts: Parts, contact: Contact, diagonal: float) -> bool:
     a, b = contact.a, contact.b
     if parts.loop[a] != parts.loop[b]:
         return False
-    place = []
-    for part, t in ((a, contact.ta), (b, contact.tb)):
-        curve = parts.curves[parts.curve[part]]
-        place.append(float(parts.start[part] + curve.length(float(parts.t0[part]), t)))
-    way = abs(place[1] - place[0])
-    way = min(way, float(parts.total[a]) - way)
+    way = _way(parts, contact)
+    if parts.curve[a] == parts.curve[b]:  # a curve that crosses itself makes a loop, however small
+        return way <= (tolerance if contact.steep else _NEIGHBOURS * diagonal)
     if way <= _NEIGHBOURS * diagonal:
         return True
-    if way > _CUSP_LENGTH * diagonal or parts.curve[a] == parts.curve[b]:
+    if way > _CUSP_LENGTH * diagonal:
         return False
     return _width(parts, contact) <= _CUSP_WIDTH * diagonal
+
+
+def _way(parts: Parts, contact: Contact) -> float:
+    """Length of the boundary between the two places of a contact on one loop, the shorter way round.
+
+    Only what lies between them is measured, so that a short way is right to its last digits.
+    """
+    a, b = contact.a, contact.b
+    curve_a, curve_b = parts.curves[parts.curve[a]], parts.curves[parts.curve[b]]
+    ends = _end(parts, np.array([a, b]))
+    total = float(parts.total[a])
+    ahead = curve_a.length(contact.ta, float(parts.t1[a])) + curve_b.length(float(parts.t0[b]), contact.tb)
+    behind = curve_a.length(float(parts.t0[a]), contact.ta) + curve_b.length(contact.tb, float(parts.t1[b]))
+    between = np.mod(np.array([parts.start[b] - ends[0], parts.start[a] - ends[1]]), total)
+    between[between > (1.0 - 1e-12) * total] = 0.0  # one ends where the other starts, but for rounding
+    return float(min(ahead + between[0], behind + between[1]))
 
 
 def _width(parts: Parts, contact: Contact) -> float:

@@ -117,7 +117,10 @@ def _contact_problem(loops: Sequence[Loop], parts: Parts, contact: Contact, tole
         kind = "repeated vertex" if all(ends) else "self-touching"
     which = f"loop {owners[0]}" if same else f"loops {owners[0]} and {owners[1]}"
     verb = "cross" if crossing else "touch"
-    message = f"{kind}: edges {edges[0]} and {edges[1]} of {which} {verb}"
+    if same and curves[0] == curves[1]:
+        message = f"{kind}: edge {edges[0]} of {which} {'crosses' if crossing else 'touches'} itself"
+    else:
+        message = f"{kind}: edges {edges[0]} and {edges[1]} of {which} {verb}"
     fix = "mend the outline in the CAD model" if same else "keep the outlines apart, or fuse them"
     return Problem(kind, message, _place(contact.place), owners, curves, edges, fix)
 

@@ -23,11 +23,12 @@ LOWER = 0.999
 
 
 @inner
-def turning_sizes(x, y, s, turn, angle, out):
+def turning_sizes(x, y, s, turn, blur, angle, out):
     """Size at the samples of a polyline x, y with arc lengths s (n,): it turns by ``turn`` radians there.
 
     The narrowest window about the sample over which the tangent turns by ``turn`` is the size; an
-    isolated kink that turns by less does not call for small elements, however small its radius.
+    isolated kink that turns by less does not call for small elements, however small its radius. Windows
+    no longer than ``blur`` are not looked at: what turns there is rounding, or a loop that counts as a point.
     Writes into out (n,); ``angle`` is scratch space.
     """
     n = s.shape[0]
@@ -50,9 +51,10 @@ def turning_sizes(x, y, s, turn, angle, out):
     for high in range(1, n):
         while angle[high] - angle[low] >= turn:
             window = s[high] - s[low]
-            for i in range(low, high + 1):
-                if window < out[i]:
-                    out[i] = window
+            if window > blur:
+                for i in range(low, high + 1):
+                    if window < out[i]:
+                        out[i] = window
             low += 1
 
 
@@ -96,10 +98,11 @@ def walk(kinds, offsets, data, track, count, n, t, s, x, y):
 
 
 @kernel(allocates=True)
-def sample_tracks(kinds, offsets, data, which, turn, most, pieces, dense):
+def sample_tracks(kinds, offsets, data, which, turn, blur, most, pieces, dense):
     """Tables (span, t, s, h) of the tracks ``which`` (e,).
 
-    ``h`` is the size bound by the turning of the curve, by ``most`` (e,) and by the length over ``pieces`` (e,).
+    ``h`` is the size bound by the turning of the curve (over more than ``blur``), by ``most`` (e,) and by the length
+    over ``pieces`` (e,).
     Circles, whose tables are straight lines, get two samples unless ``dense``.
     """
     edges, room, longest = which.shape[0], 0, 2
@@ -126,7 +129,7 @@ def sample_tracks(kinds, offsets, data, which, turn, most, pieces, dense):
         else:
             n = a + walk(kinds, offsets, data, which[e], count[e], 0, t[a:], s[a:], x, y)
             if kinds[which[e]] != 0:
-                turning_sizes(x, y, s[a:n], turn, angle, h[a:n])
+                turning_sizes(x, y, s[a:n], turn, blur, angle, h[a:n])
             else:
                 for i in range(a, n):
                     h[i] = np.inf

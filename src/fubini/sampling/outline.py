@@ -29,7 +29,8 @@ class Outline:
     along the edge, ``angles`` (c,) holds the interior angle in degrees at the start of curve j, to the left of
     it up to the curve ``before[j]`` that arrives there, and ``loop_first`` (l + 1,) delimits the loops. Edges inside
     the face follow the outline: each is a loop of two curves, there and back, from curve ``inner`` on; where they
-    meet the outline or each other, the angle is that of the sector between neighbours.
+    meet the outline or each other, the angle is that of the sector between neighbours. ``grain`` is the length that
+    coordinates of ``tracks`` are rounded to.
     """
 
     tracks: Tracks
@@ -40,6 +41,7 @@ class Outline:
     angles: Float
     before: NDArray[np.int64]
     inner: int
+    grain: float
 
     @classmethod
     def of(cls, region: Region, edge_number: Callable[[int], int], inner: Iterable[tuple[Curve, int]] = ()) -> Outline:
@@ -51,7 +53,7 @@ class Outline:
         outline = cls(
             region.rounded_tracks, region.tracks, first, edges,
             np.array(list(itertools.chain.from_iterable(loop.forward for loop in region.loops))),
-            np.round(region.corner_angles, 6), before, len(edges),
+            np.round(region.corner_angles, 6), before, len(edges), region.diagonal * 2.0**-GRID_BITS,
         )  # fmt: skip
         inside = [(curve, edge_number(edge)) for curve, edge in inner]
         return outline._with_edges(region, inside) if inside else outline

@@ -20,6 +20,8 @@ Float = NDArray[np.float64]
 Int = NDArray[np.int64]
 #: Rows that the pool of tables grows by at least.
 LEAST_ROOM = 1024
+#: Curves turn by rounding alone over so many steps that their coordinates are rounded to.
+BLUR = 64.0
 #: t, s, h (n,) of one edge.
 Table = tuple[Float, Float, Float]
 
@@ -78,7 +80,7 @@ class EdgeTables(Sequence[Table]):
         tracks, which = _every_track(outlines, edges)
         bound = np.full(edges, np.inf) if bent else most
         self.span, self.t, self.s, self.h = kernels.sample_tracks(
-            *tracks, which, float(options.turn), bound, self.at_least, int(bent)
+            *tracks, which, float(options.turn), BLUR * max(o.grain for o in outlines), bound, self.at_least, int(bent)
         )
         self.fill = len(self.t)
         if bent:
@@ -165,7 +167,7 @@ def _every_track(outlines: list[Outline], edges: int) -> tuple[Tracks, NDArray[n
 def sample_track(tracks: Tracks, j: int, turn: float) -> Table:
     """Parameters, arc lengths and curvature-bound sizes (n,) along track j; two samples for a line."""
     free = np.full(1, np.inf), np.ones(1, np.int64)
-    _, t, s, h = kernels.sample_tracks(*tracks, np.array([j], np.int32), turn, *free, 1)
+    _, t, s, h = kernels.sample_tracks(*tracks, np.array([j], np.int32), turn, 0.0, *free, 1)
     return t, s, h
 
 
