@@ -17,7 +17,7 @@ from fubini._jit import inner, kernel
 #: Entries of ``counts`` that ``measure`` writes.
 NODES, FLAWED, INVERTED, FIRST_INVERTED, WORST_SOUND, FARTHEST, COUNTS = 0, 1, 2, 3, 4, 5, 6
 #: Entries of ``figures`` that ``measure`` writes.
-AREA, SKEW_SUM, WORST_SKEW, SOUND_SKEW, WORST_ASPECT, LEAST, GREATEST, HEIGHT, FIGURES = 0, 1, 2, 3, 4, 5, 6, 7, 8
+AREA, SKEW_SUM, WORST_SKEW, SOUND_SKEW, WORST_ASPECT, LEAST, GREATEST, HEIGHT, LONGEST, FIGURES = range(10)
 
 #: The local number of a node that has none.
 FREE = 2**32 - 1
@@ -87,7 +87,7 @@ def measure(points, triangles, plane, limits, number, flawed, flaws, figures, co
     ox, oy, oz, nx, ny, nz = plane[0, 0], plane[0, 1], plane[0, 2], plane[1, 0], plane[1, 1], plane[1, 2]
     nodes, found, inverted, first, soundest, far = 0, 0, 0, -1, -1, 0
     area, area_lost, skews, skews_lost, some_area, some_skews = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    worst, sound, worst_aspect, height = math.inf, math.inf, 0.0, 0.0
+    worst, sound, worst_aspect, height, longest = math.inf, math.inf, 0.0, 0.0, 0.0
     sharp, blunt = -math.inf, math.inf  # cotangents of the least and the greatest angle
     for t in range(triangles.shape[0]):
         for i in range(3):
@@ -101,6 +101,7 @@ def measure(points, triangles, plane, limits, number, flawed, flaws, figures, co
                 if not off <= height:
                     height, far = off, v
         x, y, z, p, q, r = normal_and_squares(points, triangles[t, 0], triangles[t, 1], triangles[t, 2])
+        longest = max(longest, p, q, r)
         double, signed = math.sqrt(x * x + y * y + z * z), x * nx + y * ny + z * nz
         if not signed > 0.0:
             inverted += 1
@@ -124,7 +125,7 @@ def measure(points, triangles, plane, limits, number, flawed, flaws, figures, co
     figures[AREA], figures[SKEW_SUM] = 0.5 * area, skews
     figures[WORST_SKEW], figures[SOUND_SKEW], figures[WORST_ASPECT] = worst, sound, worst_aspect
     figures[LEAST], figures[GREATEST] = math.atan2(1.0, sharp) * DEGREES, math.atan2(1.0, blunt) * DEGREES
-    figures[HEIGHT] = height
+    figures[HEIGHT], figures[LONGEST] = height, math.sqrt(longest)
     counts[NODES], counts[FLAWED], counts[INVERTED] = nodes, found, inverted
     counts[FIRST_INVERTED], counts[WORST_SOUND], counts[FARTHEST] = first, soundest, far
     return found

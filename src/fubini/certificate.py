@@ -115,6 +115,7 @@ def certify_face(
         budget_exhausted=budget_exhausted,
         excess=flaws.excess,
         avoidable_skew=flaws.avoidable_skew,
+        longest_edge=shape.longest,
     )
 
 

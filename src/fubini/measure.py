@@ -88,6 +88,7 @@ class Measures:
     worst_sound : the triangle of least skewness among the others and that skewness; -1 and infinity for none.
     inverted : number of triangles of no area or upside down, and the first of them.
     height : largest distance of a node from the plane, and the node.
+    longest : length of the longest edge.
     closed : whether the triangles fit together (see ``closes_up``).
     """
 
@@ -102,6 +103,7 @@ class Measures:
     worst_sound: tuple[int, float]
     inverted: tuple[int, int]
     height: tuple[float, int]
+    longest: float
     closed: bool
 
 
@@ -161,6 +163,7 @@ def measure(
         worst_sound=(int(counts[kernels.WORST_SOUND]), float(figures[kernels.SOUND_SKEW])),
         inverted=(int(counts[kernels.INVERTED]), int(counts[kernels.FIRST_INVERTED])),
         height=(float(figures[kernels.HEIGHT]), int(counts[kernels.FARTHEST])),
+        longest=float(figures[kernels.LONGEST]),
         closed=closed,
     )
 

@@ -37,6 +37,7 @@ class FaceCertificate:
     ``excess``: flawed triangles that no such corner excuses (each excuses one triangle that touches it).
     ``worst_skew``, ``worst_aspect_ratio``: over all triangles; ``avoidable_skew``: over those not excused
     (90 where all are excused).
+    ``longest_edge``: of all triangles; at a uniform size it is below 1.7 times that size (see the manual, sizes).
     ``worst_at``: centroid (3,) of the triangle of worst skewness that is not excused.
     ``min_scaled_jacobian``: lower bound, over whole elements of second order, of the Jacobian determinant
     over that of the straight triangle; None at first order.
@@ -64,6 +65,7 @@ class FaceCertificate:
     excess: int = 0
     avoidable_skew: float = 90.0
     min_scaled_jacobian: float | None = None
+    longest_edge: float = 0.0
 
     @property
     def certified(self) -> bool:
@@ -125,6 +127,11 @@ class Certificate:
     def worst_aspect_ratio(self) -> float:
         """Largest aspect ratio of all triangles; 1 where there is none."""
         return max((f.worst_aspect_ratio for f in self.faces), default=1.0)
+
+    @property
+    def longest_edge(self) -> float:
+        """Length of the longest edge; 0 where there is no triangle."""
+        return max((f.longest_edge for f in self.faces), default=0.0)
 
     @property
     def min_angle(self) -> float:

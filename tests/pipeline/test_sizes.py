@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import fubini
+import random_regions
 import regions
 from fubini.errors import OptionError
 from fubini.quality import growth_rates
@@ -133,6 +134,45 @@ def test_neighbours_stay_within_the_growth_limit(make, size, options, growth):
     rates = growth_rates(mesh.points, mesh.triangles)
     assert (rates > growth).sum() <= max(2, {1.3: 0.02, 1.5: 0.002, 2.0: 0.006}[growth] * len(rates))
     assert rates.max() < 1.25 * growth
+
+
+def longest_edge(mesh):
+    corners = mesh.points[mesh.triangles]
+    return np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max()
+
+
+@pytest.mark.parametrize(
+    ("region", "share"), [(random_regions.random_region(5007), 15), (regions.random_polygon(5033), 60)]
+)
+def test_a_large_growth_limit_does_not_make_edges_longer_than_allowed(region, share):
+    size = region.diagonal / share
+    mesh = mesh_of(region, size, growth=2.0)
+    assert longest_edge(mesh) <= 1.7 * size
+    assert mesh.certificate.longest_edge == pytest.approx(longest_edge(mesh), rel=1e-12)
+
+
+@pytest.mark.parametrize("seed", range(5000, 5010))
+def test_the_largest_growth_limit_works(seed):
+    """Sizes that grow faster than distance must not shrink the legs of sharp corners for ever."""
+    region = regions.random_polygon(seed)
+    mesh = mesh_of(region, region.diagonal / 30, growth=3.0)
+    assert mesh.certificate.longest_edge <= 1.7 * mesh.size
+
+
+@pytest.mark.parametrize("seed", [5031, 5032, 5011])
+def test_legs_of_sharp_corners_meet_what_their_edges_ask(seed):
+    region = regions.random_polygon(seed)
+    size = region.diagonal / 30
+    ends = np.flatnonzero([corner.angle < 50.0 for corner in region.corners()])
+    assert len(ends)
+    for sharp in ends[:2].tolist():
+        mesh = mesh_of(region, size, edge_size={sharp: 0.2 * size})
+        assert on_edge(mesh, sharp).max() <= 1.7 * 0.2 * size
+        many = mesh_of(region, size, edge_segments={sharp: 12})
+        length = on_edge(many, sharp)
+        assert length.max() <= 1.7 * length.sum() / 12
+    field = mesh_of(region, size, size_field=lambda p: np.full(len(p), 0.4 * size))
+    assert longest_edge(field) <= 1.7 * 0.4 * size
 
 
 @pytest.mark.parametrize("make", [regions.quarter_disk, regions.plate, regions.gear, regions.annulus_quarter])

@@ -14,7 +14,7 @@ from handmade import bad_square, box, grid, one_face, square, wedge
 
 TOTAL = {
     "certified", "triangles", "flawed", "unavoidable", "worst_skew", "worst_aspect_ratio", "min_angle", "max_angle",
-    "area_error", "boundary_distance", "chord_error", "seconds", "skipped_faces", "faces",
+    "longest_edge", "area_error", "boundary_distance", "chord_error", "seconds", "skipped_faces", "faces",
 }  # fmt: skip
 PER_FACE = (TOTAL - {"seconds", "skipped_faces", "faces"}) | {"face", "name", "corners", "reasons", "worst_at"}
 

@@ -129,10 +129,24 @@ def unchanged(nbr, star, low, high, stamp, since):
     return True
 
 
+@inner
+def longest_edge(points, tri):
+    """Square of the length of the longest edge."""
+    longest = 0.0
+    for t in range(tri.shape[0]):
+        a, b, c = tri[t, 0], tri[t, 1], tri[t, 2]
+        ux, uy = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1]
+        vx, vy = points[c, 0] - points[a, 0], points[c, 1] - points[a, 1]
+        wx, wy = ux - vx, uy - vy
+        longest = max(longest, max(ux * ux + uy * uy, max(vx * vx + vy * vy, wx * wx + wy * wy)))
+    return longest
+
+
 @kernel
 def even_out(points, tri, nbr, fixed, limit, kept, first, star, before, size, stamp, failed):
-    """Move the nodes from ``fixed`` on of pairs that differ by more than ``limit``; the number of moves.
+    """Move the nodes from ``fixed`` on of pairs that differ by more than ``limit``.
 
+    Returns the number of moves, and the square of the length of the longest edge then.
     points (n, 2) is changed in place. kept (r,) : shapes, (Lmax^2 - Lmin^2) / 4 A, to which no objection is made in
     each of r rounds. Scratch: first (n - fixed + 1,), star (3 m,); sizes before (m,) at the start of a round and
     size (m,) now; stamp (m,) int32, zero: the move that last changed a triangle; failed (n - fixed,) int32: the moves
@@ -170,4 +184,4 @@ def even_out(points, tri, nbr, fixed, limit, kept, first, star, before, size, st
                         failed[v - fixed] = total
         if moved == 0:
             break
-    return total
+    return total, longest_edge(points, tri)

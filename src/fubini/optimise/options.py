@@ -9,6 +9,9 @@ from fubini.errors import OptionError
 from fubini.tolerance import MAX_ASPECT_RATIO, MIN_SKEW
 from fubini.triangulation.value import Triangulation
 
+#: No edge is to be longer than this times the size asked there.
+LONGEST = 1.7
+
 
 @dataclass(frozen=True)
 class OptimiseOptions:
@@ -20,7 +23,8 @@ class OptimiseOptions:
     max_aspect_ratio : every triangle is to have less; only a bound below what ``min_skew`` implies costs time.
     budget : move attempts at most; None allows 50000 and 4000 for each flawed triangle.
     budget_each : as many more for each triangle, where ``budget`` is given.
-    growth : no move makes an inner edge, or a merged boundary edge, longer than this times the size wanted at its ends.
+    growth : no move makes an inner edge, or a merged boundary edge, longer than this times the size wanted at its ends,
+        nor longer than ``LONGEST`` times.
     max_sag : boundary nodes are merged away only where the chord stays within this share of its length.
     allow_splits : whether boundary segments may be split at all.
     improve : share of the effort spent on raising the worst triangles once all are valid; 0 for none.

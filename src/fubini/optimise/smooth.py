@@ -63,19 +63,23 @@ def even_out(triangulation: Triangulation, options: OptimiseOptions) -> Triangul
     The size of a triangle is the mean length of its edges. A node moves only where that lessens the differences, and
     makes no triangle worse that is then below skewness 50 degrees, or below what the bounds of the options ask for.
     """
+    return evened(triangulation, options)[0]
+
+
+def evened(triangulation: Triangulation, options: OptimiseOptions) -> tuple[Triangulation, float]:
+    """``even_out``, and the length of the longest edge; infinite where there are no interior nodes."""
     from fubini.optimise._kernels_even import even_out as even
 
     fixed, n, m = len(triangulation.boundary.points), len(triangulation.points), len(triangulation.triangles)
     if fixed == n:
-        return triangulation
+        return triangulation, math.inf
     points = np.array(triangulation.points)
     given = triangulation.triangles, triangulation.neighbours
     triangles, neighbours = (array if array.flags.writeable else array.copy() for array in given)
     first, star, failed = (np.empty(k, np.int32) for k in (n - fixed + 1, 3 * m, n - fixed))
     scratch = first, star, np.empty(m), np.empty(m), np.zeros(m, np.int32), failed
-    if not even(points, triangles, neighbours, fixed, options.growth, _kept(options), *scratch):
-        return triangulation
-    return replace(triangulation, points=points)
+    moves, longest = even(points, triangles, neighbours, fixed, options.growth, _kept(options), *scratch)
+    return replace(triangulation, points=points) if moves else triangulation, math.sqrt(longest)
 
 
 @functools.lru_cache(maxsize=16)

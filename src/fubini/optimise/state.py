@@ -29,7 +29,7 @@ from fubini.optimise._kernels_state import (
     Work,
     work,
 )
-from fubini.optimise.options import OptimiseOptions, implied_aspect_ratio
+from fubini.optimise.options import LONGEST, OptimiseOptions, implied_aspect_ratio
 from fubini.quality import corner_limit
 from fubini.tracks import Tracks
 from fubini.triangulation.value import LOCKED, Boundary, Triangulation
@@ -54,7 +54,7 @@ def rule_of(options: OptimiseOptions) -> NDArray[np.float64]:
     if options.max_aspect_ratio <= implied_aspect_ratio(options.min_skew):
         # the scale of f is steeper in the aspect ratio: a margin of its own
         rule[AR] = 1.0 + (options.max_aspect_ratio - 1.0) * (1.0 - MARGIN)
-    rule[SAG], rule[STRETCH] = options.max_sag, options.growth
+    rule[SAG], rule[STRETCH] = options.max_sag, min(options.growth, LONGEST)
     return rule
 
 

@@ -9,7 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fubini.errors import GeometryError, OptionError
-from fubini.optimise import OptimiseOptions, OptimiseOutcome, even_out, optimise, refine, refine_and_optimise, smooth
+from fubini.optimise import (
+    OptimiseOptions,
+    OptimiseOutcome,
+    evened,
+    optimise,
+    refine,
+    refine_and_optimise,
+    shortened,
+    smooth,
+)
 from fubini.pipeline.options import MeshOptions, Progress
 from fubini.pipeline.pattern import PatternPoints, pattern_nodes
 from fubini.pipeline.points import clear_of, crowded, with_lone
@@ -65,10 +74,12 @@ def attempt(
     inside: Float | None,
     sizes: Callable[[Float], Float] | None = None,
     lone: Float = NO_POINTS,
+    along: Float | None = None,
 ) -> tuple[OptimiseOutcome, Core | None]:
     """Mesh one face with the points ``inside``, or with the lattice of this number where there are none given.
 
-    ``lone`` (p, 2) become nodes and stay where they are. Returns the triangulation, and the core that it leaves out.
+    ``lone`` (p, 2) become nodes and stay where they are; ``along`` (c,) sizes asked of single edges. Returns the
+    triangulation, and the core that it leaves out.
     """
     boundary = with_lone(held(boundary, options, number, number % 2 == 0 and inside is None), lone, size)
     asked = optimiser_options(options)
@@ -102,7 +113,9 @@ def attempt(
     else:
         filled = follow(refine(start, outline.tracks, size, gradient), outline, size, options.gradient, sizes)
         outcome = optimise(smooth(filled), outline.tracks, asked)
-    return replace(outcome, triangulation=even_out(outcome.triangulation, asked)), core
+    even, longest = evened(outcome.triangulation, asked)
+    outcome = replace(outcome, triangulation=even)
+    return shortened(outcome, outline.tracks, size, asked, sizes, along, longest), core
 
 
 def sizes_of(start: Triangulation, inner: Float, wanted: Float) -> Float:
@@ -266,10 +279,11 @@ class FaceMesher:
         outline = self.sizing.outlines[f]
         inside = self.pattern[f].inside if self.pattern is not None else None
         field = self.sizing.options.fields[f] if self.sizing.options.fields is not None else None
+        along = self._asked_along(outline)
         for number in self._attempts():
             boundary = self.sizing.boundary(f, self.nodes)
             lone = self.points.get(f, NO_POINTS)
-            found = attempt(boundary, outline, self.sizes[f], self.options, number, inside, field, lone)
+            found = attempt(boundary, outline, self.sizes[f], self.options, number, inside, field, lone, along)
             if best is None or found[0].excess < best[0].excess:
                 best = found
             if best[0].excess == 0:
@@ -277,6 +291,11 @@ class FaceMesher:
         if best is None:
             raise OptionError(f"attempts is {self.options.attempts}", fix="allow at least one")
         return best
+
+    def _asked_along(self, outline: Outline) -> Float | None:
+        """Sizes (c,) asked of the edges of a face; None where none is asked of any."""
+        asked = self.sizing.options.edge_size
+        return np.array([asked.get(e, np.inf) for e in outline.edges.tolist()]) if asked else None
 
     def _attempts(self) -> Sequence[int]:
         """Numbers of the attempts to make; none that splits shared edges once their nodes are settled."""

@@ -21,6 +21,7 @@ FIGURES = (
     "worst_aspect_ratio",
     "min_angle",
     "max_angle",
+    "longest_edge",
     "area_error",
     "boundary_distance",
     "chord_error",

@@ -61,7 +61,7 @@ class BoundarySizing:
         self._seen: dict[int, tuple[EdgeNodes, Boundary]] = {}
         if self._sharp:
             kernels_of_sizes.shorten_legs(*self.tables.pool, self.ends, self.legs.radius, *self._limits())
-            self.legs.longest[:] = 1.0 / options.gradient
+            self.legs.longest[:] = max(1.0, 1.0 / options.gradient)
             self.legs.lengthen()
 
     def resolve(self) -> EdgeNodes:

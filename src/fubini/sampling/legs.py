@@ -7,6 +7,7 @@ other side of the edge has to stand.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -61,23 +62,31 @@ class Legs:
         self.narrowest = np.full((len(ends), 2), SHARP)
         self.longest = np.ones(int(ends.max(initial=-1)) + 1)
         self._walled: list[tuple[Outline, int, int, float]] = []
-        for outline in outlines:
+        for face, outline in enumerate(outlines):
             if outline.angles.min() < SHARP:
-                self._protect_corners(outline)
+                self._protect_corners(outline, options.fields[face] if options.fields is not None else None)
 
-    def _protect_corners(self, outline: Outline) -> None:
+    def _protect_corners(self, outline: Outline, field: Callable[[Float], Float] | None) -> None:
         """Give both edges of every sharp corner a first segment of one length."""
         for c, before in outline.pairs():
             if outline.angles[c] >= SHARP or (c == before and outline.angles[c] >= 180.0):
                 continue
             sides = corner_sides(outline, c, before)
             most = LEG_SHARE * min(self.tables[e][1][-1] for e, _ in sides)
-            leg = self._leg_of_true_angle(outline, c, before, min(self.options.size, most))
+            asked = min(self._asked(e) for e, _ in sides)
+            if field is not None:
+                asked = min(asked, float(field(self._leg_end(outline, c, sides[0][1], 0.0)[None])[0]))
+            leg = self._leg_of_true_angle(outline, c, before, min(asked, most))
             for e, i in sides:
                 old = self.radius[e, i]
                 self.radius[e, i] = min(old, leg) if old > 0.0 else leg
                 self.held[e, i] |= outline.angles[c] < NARROW
                 self.narrowest[e, i] = min(self.narrowest[e, i], outline.angles[c])
+
+    def _asked(self, e: int) -> float:
+        """Size that is asked on edge e, whatever its curvature."""
+        length, options = float(self.tables[e][1][-1]), self.options
+        return min(options.size, options.edge_size.get(e, math.inf), length / options.edge_segments.get(e, 1))
 
     def lengthen(self) -> None:
         """Lengthen legs that lie beside another face too, where the next segment would be too short for that face."""
