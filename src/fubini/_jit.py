@@ -24,11 +24,11 @@ from llvmlite.binding import Linkage, parse_assembly
 from numba.core import sigutils, types
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, _CacheLocator
 from numba.core.codegen import JITCodeLibrary
-from numba.core.compiler import Compiler
 from numba.core.runtime import rtsys
 from numba.core.types.misc import unliteral
 from numpy.typing import NDArray
 
+from fubini._compiler import KernelCompiler
 from fubini._turns import turn
 
 
@@ -37,7 +37,8 @@ def source_digest() -> str:
     """Digest over all kernel sources of the package and the versions that compile them."""
     root = Path(__file__).parent
     digest = hashlib.sha256(f"{sys.version}|{numba.__version__}|{np.__version__}".encode())
-    for path in sorted([*root.rglob("_kernels*.py"), root / "_jit.py", root / "_reference.py"]):
+    compiling = (root / f"{name}.py" for name in ("_jit", "_compiler", "_reference"))
+    for path in sorted([*root.rglob("_kernels*.py"), *compiling]):
         digest.update(str(path.relative_to(root)).encode())
         digest.update(path.read_bytes())
     return digest.hexdigest()[:20]
@@ -129,6 +130,9 @@ class _Whole(JITCodeLibrary):
 
     _shared_module: Any
 
+    def _optimize_functions(self, ll_module: Any) -> None:
+        """Nothing: the final module is optimised with all that is linked in."""
+
     def finalize(self) -> None:
         """As numba, with all that is called, directly or not, linked in."""
         needed = list(self._linking_libraries)
@@ -182,10 +186,10 @@ def _environments(module: Any) -> list[Any]:
     return [v for v in module.global_variables if v.name.startswith("_ZN08NumbaEnv") and not v.is_declaration]
 
 
-def _compiler(library: type[JITCodeLibrary]) -> type[Compiler]:
+def _compiler(library: type[JITCodeLibrary]) -> type[KernelCompiler]:
     """numba's compiler with code libraries of this kind."""
 
-    class _Compiler(Compiler):
+    class _Compiler(KernelCompiler):
         def compile_extra(self, func: Callable[..., Any]) -> Any:
             self.state.library = library(self.state.targetctx.codegen(), func.__qualname__)
             self.state.library.enable_object_caching()
@@ -233,7 +237,31 @@ def inner(function: Callable[..., Any] | None = None, *, allocates: bool = False
     """
     if function is None:
         return partial(inner, allocates=allocates, inlined=inlined)
-    return _compile(function, _Part, no_cpython_wrapper=True, _nrt=allocates, forceinline=inlined)
+    return _Inner(function, _nrt=allocates, forceinline=inlined)
+
+
+class _Inner:
+    """A function that only kernels call: numba comes to know it when one of these is compiled, in few runs."""
+
+    def __init__(self, function: Callable[..., Any], **options: bool) -> None:
+        self.py_func, self._options = function, options
+
+    @functools.cached_property
+    def dispatcher(self) -> Any:
+        """What numba makes of the function."""
+        return _compile(self.py_func, _Part, no_cpython_wrapper=True, **self._options)
+
+    @property
+    def _numba_type_(self) -> Any:
+        return self.dispatcher._numba_type_
+
+    def get_call_template(self, arguments: Any, keywords: Any) -> Any:
+        """As numba's dispatchers."""
+        return self.dispatcher.get_call_template(arguments, keywords)
+
+    def get_overload(self, signature: Any) -> Any:
+        """As numba's dispatchers."""
+        return self.dispatcher.get_overload(signature)
 
 
 @contextmanager

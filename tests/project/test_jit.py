@@ -152,7 +152,7 @@ def test_a_reference_reads_and_writes_the_arrays_of_its_tuple(tmp_path, monkeypa
     pair = Pair(np.array([1.0, 2.0, 4.0]), np.zeros(1))
     assert twice(pair) == 5
     assert pair.total[0] == 10.0
-    assert [isinstance(arguments[0], Reference) for arguments in add_up.overloads] == [True]
+    assert [isinstance(arguments[0], Reference) for arguments in add_up.dispatcher.overloads] == [True]
 
 
 def test_only_named_tuples_are_referred_to():

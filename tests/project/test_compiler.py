@@ -1,0 +1,117 @@
+"""The compiler of kernels: fewer passes and lookups than numba's, the same results."""
+
+from __future__ import annotations
+
+import math
+
+import numba
+import numpy as np
+import pytest
+
+from fubini._compiler import _Flags, _Lookups
+from fubini._jit import inner, kernel
+
+
+def numbers(a, b, i, j):
+    """Operators and functions that numba finds by the types of numbers."""
+    low, high = min(a, b, 1.5), max(i, j)
+    mixed = a * i + b / max(1, j) - (i % 7) * 0.5 + (i // 3) + i**2 + a**3
+    bits = (i << 2) ^ (j >> 1) & 5
+    return low, high, mixed, bits, int(a), np.int64(b), abs(-a), -i, not i > j, a < b <= 2.0
+
+
+def loops(values, first):
+    """Jumps out of loops, names that hold several values in turn, conditions in expressions."""
+    total, last = 0.0, -1
+    for k in range(values.shape[0]):
+        if values[k] < 0.0:
+            continue
+        if values[k] > 8.0:
+            break
+        total += values[k] if k % 2 == first else 0.5 * values[k]
+        last = k
+    while last > 0 and total > 1.0:
+        last -= 1
+        total *= 0.5
+    a, b = (total, last) if last >= 0 else (0.0, 0)
+    return a + math.sqrt(b) + math.hypot(a, 1.0)
+
+
+def arrays(values, table):
+    """Rows, slices with steps, tuples, augmented items."""
+    out = np.zeros(4, np.int64)
+    row = table[1]
+    pair = (row[0], values[-1])
+    out[:2] = table[0, :2]
+    out[2] += row[1] + int(pair[1])
+    for r in table:
+        out[3] = max(out[3], r[-1])
+    return out
+
+
+def test_results_are_those_of_plain_python():
+    compiled = kernel(numbers)
+    for a, b, i, j in ((0.5, 2.0, 3, 4), (2.5, -1.0, 9, 2), (-0.25, 0.75, 0, 0)):
+        assert compiled(a, b, i, j) == pytest.approx(numbers(a, b, i, j), rel=1e-15)
+
+
+def test_loops_and_branches_are_those_of_plain_python():
+    compiled = kernel(loops)
+    for values in ([1.0, -2.0, 3.0, 9.0, 1.0], [-1.0], [0.25, 0.125], []):
+        for first in (0, 1):
+            assert compiled(np.array(values), first) == pytest.approx(loops(np.array(values), first), rel=1e-15)
+
+
+def test_arrays_are_those_of_plain_python():
+    values, table = np.array([1.0, 2.0, 3.5]), np.array([[1, 2, 3], [4, 5, 60], [7, 8, 9]])
+    assert kernel(arrays, allocates=True)(values, table).tolist() == arrays(values, table).tolist()
+
+
+def test_one_signature_for_each_function_and_types_as_numba_finds_it():
+    context = numba.core.registry.cpu_target.typing_context
+    context.refresh()
+    lookups = _Lookups(context)
+    add = context.resolve_value_type(numba.core.typing.builtins.operator.add)
+    for left, right in ((numba.int64, numba.float64), (numba.int32, numba.int64), (numba.uint8, numba.uint8)):
+        found = lookups.resolve_function_type(add, (left, right), {})
+        assert found == context.resolve_function_type(add, (left, right), {})
+        assert lookups.resolve_function_type(add, (left, right), {}) is found
+    assert lookups.tm is context.tm
+
+
+def test_flags_compare_as_those_of_numba():
+    plain, other = numba.core.compiler.Flags(), numba.core.compiler.Flags()
+    other.nrt = True
+    for one in (plain, other):
+        assert _Flags(one).values() == one.values()
+        for two in (plain, other):
+            assert (_Flags(one) == _Flags(two)) == (one == two)
+    assert _Flags(other).copy().nrt
+    assert isinstance(_Flags(other).copy(), _Flags)
+
+
+def test_functions_for_kernels_alone_are_not_made_before_a_kernel_is_compiled():
+    @inner
+    def part(n):
+        return n + 1
+
+    @kernel
+    def whole(n):
+        return 2 * part(n)
+
+    assert "dispatcher" not in vars(part)
+    assert whole(3) == 8
+    assert "dispatcher" in vars(part)
+    assert not callable(part)  # it has no machine code of its own
+
+
+def test_what_the_passes_do_not_cover_is_refused():
+    @kernel
+    def closure(n):
+        def inside(k):
+            return k + n
+
+        return inside(n)
+
+    with pytest.raises(numba.core.errors.NumbaError):
+        closure(3)
