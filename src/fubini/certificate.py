@@ -88,7 +88,7 @@ def certify_face(
     boundary = _boundary_figures(face, points, outline, evaluate)
     area = float(face.area if face.area is not None else face.region.area)
     reasons = (
-        *_flaw_reasons(flaws, points, triangles),
+        *_flaw_reasons(flaws, points, triangles, limits, budget_exhausted),
         *_boundary_reasons(boundary, points, outline, diagonal),
         *_cover_reasons(outline),
         *_area_reasons(area, shape.area, boundary, outline),
@@ -168,15 +168,15 @@ def excuse(triangles: Int, corners: Int) -> NDArray[np.intp]:
 
 @dataclass(frozen=True)
 class _Flaws:
-    """Number of flawed triangles that no corner excuses, the sharp corners, and the worst triangle not excused.
+    """Number of flawed triangles that no corner excuses, the one furthest beyond its bound, and the sharp corners.
 
-    ``worst_at`` its centroid, ``avoidable_skew`` its skewness. Where all triangles are excused the worst of all counts,
+    ``worst_at`` is the centroid of the triangle of least skewness among those not excused, ``avoidable_skew`` its skewness. Where all triangles are excused the worst of all counts,
     and ``avoidable_skew`` is 90.
     """
 
     excess: int
-    corners: tuple[Corner, ...]
     worst: int
+    corners: tuple[Corner, ...]
     worst_at: tuple[float, float, float]
     avoidable_skew: float
 
@@ -206,7 +206,9 @@ def _find_flaws(
         for i, angle in zip(nodes, outline.angles[sharp], strict=True)
     )
     at = _place(points[triangles[worst]].mean(0))
-    return _Flaws(int(free.sum()), corners, worst, at, 90.0 if all_excused else skew)
+    beyond = np.minimum(shape.flaws[free, 0] / limits[0], limits[1] / shape.flaws[free, 1])
+    furthest = int(shape.flawed[free][beyond.argmin()]) if len(beyond) else -1
+    return _Flaws(int(free.sum()), furthest, corners, at, 90.0 if all_excused else skew)
 
 
 def _boundary_figures(face: Face, points: Float, outline: Outline, evaluate: Evaluate) -> BoundaryFigures:
@@ -221,14 +223,22 @@ def _boundary_figures(face: Face, points: Float, outline: Outline, evaluate: Eva
     return found
 
 
-def _flaw_reasons(flaws: _Flaws, points: Float, triangles: Int) -> list[str]:
+def _flaw_reasons(
+    flaws: _Flaws, points: Float, triangles: Int, limits: tuple[float, float], spent: bool
+) -> list[str]:
+    """How many triangles miss the bounds, and the figures of one of them beside the bound that it misses."""
     if not flaws.excess:
         return []
     beyond = f" beyond the {len(flaws.corners)} unavoidable" if flaws.corners else ""
     what = "triangle" if flaws.excess == 1 else "triangles"
-    worst = triangle_figures(points, triangles[flaws.worst : flaws.worst + 1])
-    figures = f"skewness {worst.skew[0]:.4g}, aspect ratio {worst.aspect[0]:.4g}"
-    return [f"{flaws.excess} flawed {what}{beyond}, worst at {_text(flaws.worst_at)}: {figures}"]
+    row = triangles[flaws.worst : flaws.worst + 1]
+    found = triangle_figures(points, row)
+    skew = f"skewness {found.skew[0]:.4g}" + (f" (not above {limits[0]:g})" if found.skew[0] <= limits[0] else "")
+    aspect = f"aspect ratio {found.aspect[0]:.4g}"
+    aspect += f" (not below {limits[1]:g})" if found.aspect[0] >= limits[1] else ""
+    at = _text(points[row[0]].mean(0))
+    end = "; the budget of moves was spent" if spent else ""
+    return [f"{flaws.excess} flawed {what}{beyond}, worst at {at}: {skew}, {aspect}{end}"]
 
 
 def _boundary_reasons(boundary: BoundaryFigures, points: Float, outline: Outline, diagonal: float) -> list[str]:

@@ -13,6 +13,7 @@ from click.testing import CliRunner
 import fubini
 from fubini.cli import main
 from fubini.export import WRITERS
+from fubini.pipeline import faces as meshing
 
 
 def run(*arguments):
@@ -85,6 +86,24 @@ def test_not_certified_is_written_and_exits_1(box_file, tmp_path, monkeypatch):
     assert result.exit_code == 1
     assert (tmp_path / "a.stl").exists()
     assert "face 0: 3 flawed triangles" in result.stdout
+
+
+def test_a_bound_that_is_not_reached_is_told_with_place_and_figures(wedge_file, tmp_path, monkeypatch):
+    """Bounds that the optimiser has no moves to reach: the mesh is written, what is missed is said everywhere."""
+    monkeypatch.setattr(meshing, "MOVES", 0)
+    monkeypatch.setattr(meshing, "MOVES_EACH", 0)
+    flags = ("--size", 0.2, "--min-skew", 60, "--json", tmp_path / "a.json", "--plot", tmp_path / "a.png")
+    result = run("mesh", wedge_file, "-o", tmp_path / "a.obj", *flags)
+    assert result.exit_code == 1
+    data = json.loads((tmp_path / "a.json").read_text())
+    assert data["certified"] is False and data["min_skew"] == 60
+    missed = [face for face in data["faces"] if not face["certified"]]
+    assert missed and (tmp_path / "a.obj").exists() and (tmp_path / "a.png").exists()
+    for face in missed:
+        assert face["budget_exhausted"] and face["excess"] > 0
+        assert f"face {face['face']}: {face['excess']} flawed triangle" in result.stdout
+        assert "(not above 60)" in face["reasons"][0] and "budget" in face["reasons"][0]
+    assert run("check", tmp_path / "a.obj", "--min-skew", 60).exit_code == 1
 
 
 def test_only_some_faces(box_file, tmp_path):

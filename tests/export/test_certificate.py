@@ -164,6 +164,26 @@ def test_corner_limit_follows_min_skew():
     assert strict.unavoidable == 1
 
 
+def test_the_reason_names_a_triangle_that_misses_its_bound():
+    """Two triangles: one of less skewness, which is good enough, and one whose aspect ratio alone is not."""
+    corners = [(0.0, 0.0), (1.0, 0.0), (1.5, 1.0), (0.5, 1.0), (0.26, 0.52)]
+    triangles = np.array([(0, 1, 4), (1, 2, 3), (1, 3, 4)], np.int32)
+    mesh = one_face(corners, corners, triangles)
+    polygon, plane = Polygon(corners), np.array(corners)
+    skews, ratios = quality.skewness(plane[triangles]), quality.aspect_ratios(plane[triangles])
+    bad = int(ratios.argmax())
+    assert bad != skews.argmin()
+    limit = float(np.sort(ratios)[-2:].mean())
+    found = certify_face(
+        mesh.model.faces[0], mesh.points, triangles, outline_of(polygon, plane, triangles), polygon.evaluate,
+        diagonal=1.0, min_skew=float(skews.min()) - 1.0, max_aspect_ratio=limit, budget_exhausted=True,
+    )  # fmt: skip
+    assert found.excess == 1
+    at = ", ".join(f"{x:.6g}" for x in (*plane[triangles[bad]].mean(0), 0.0))
+    figures = f"skewness {skews[bad]:.4g}, aspect ratio {ratios[bad]:.4g} (not below {limit:g})"
+    assert found.reasons[0] == f"1 flawed triangle, worst at ({at}): {figures}; the budget of moves was spent"
+
+
 def test_chord_error_of_a_disk():
     face, points, triangles, outline = disk(12)
     found = certify_face(face, points, triangles, outline, circle, diagonal=3.0)
