@@ -170,8 +170,8 @@ def excuse(triangles: Int, corners: Int) -> NDArray[np.intp]:
 class _Flaws:
     """Number of flawed triangles that no corner excuses, the one furthest beyond its bound, and the sharp corners.
 
-    ``worst_at`` is the centroid of the triangle of least skewness among those not excused, ``avoidable_skew`` its skewness. Where all triangles are excused the worst of all counts,
-    and ``avoidable_skew`` is 90.
+    ``worst_at`` is the centroid of the triangle of least skewness among those not excused, ``avoidable_skew`` its
+    skewness. Where all triangles are excused the worst of all counts, and ``avoidable_skew`` is 90.
     """
 
     excess: int
@@ -223,9 +223,7 @@ def _boundary_figures(face: Face, points: Float, outline: Outline, evaluate: Eva
     return found
 
 
-def _flaw_reasons(
-    flaws: _Flaws, points: Float, triangles: Int, limits: tuple[float, float], spent: bool
-) -> list[str]:
+def _flaw_reasons(flaws: _Flaws, points: Float, triangles: Int, limits: tuple[float, float], spent: bool) -> list[str]:
     """How many triangles miss the bounds, and the figures of one of them beside the bound that it misses."""
     if not flaws.excess:
         return []
