@@ -57,7 +57,7 @@ def refine_and_optimise(
 ) -> OptimiseOutcome:
     """``refine``, ``smooth`` and ``optimise`` one after the other, with no copy in between."""
     scratch = scratch_space()
-    state = advanced(triangulation, tracks, h, gradient, size, options, scratch)
+    state = advanced(triangulation, tracks, h, gradient, size, options, scratch, passing=True)
     smoothed = smooth_state(state, len(triangulation.boundary.points)) > 0
     return _finish(state, scratch, triangulation, options, smoothed)
 

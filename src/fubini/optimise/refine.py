@@ -63,20 +63,26 @@ def advanced(
     size: ArrayLike | None,
     options: OptimiseOptions,
     scratch: Work,
+    passing: bool = False,
 ) -> State:
-    """The state that holds the refined triangulation; nothing of it is removed or renumbered."""
+    """The state that holds the refined triangulation; nothing of it is removed or renumbered.
+
+    ``passing`` : see ``build_state``.
+    """
     from fubini.optimise._kernels_loop import FULL
     from fubini.optimise._kernels_refine import advance
 
     if not (h > 0.0 and gradient > 0.0):
         raise OptionError(f"size {h} and gradient {gradient} must be positive")
     n = len(triangulation.points)
-    sizes = np.full(n, float(h))
-    sizes[: len(triangulation.boundary.size)] = triangulation.boundary.size
-    if size is not None:
+    sizes = np.empty(n)
+    if size is None:
+        of_boundary = triangulation.boundary.size
+        sizes[: len(of_boundary)], sizes[len(of_boundary) :] = of_boundary, h
+    else:
         sizes[:] = size
     np.minimum(sizes, h, out=sizes)
-    state = build_state(triangulation, tracks, options, n + 500)
+    state = build_state(triangulation, tracks, options, n + 500, passing)
     prepare_state(state, sizes, triangulation.boundary, options.min_skew)
     while advance(state, scratch, float(h), float(gradient), LIMIT) == FULL:
         state = extend_state(state, 2 * len(state.points))

@@ -37,6 +37,9 @@ from fubini.triangulation.value import LOCKED, Boundary, Triangulation
 #: f = tan(skewness - 45 deg) that the moves aim at lies this far above the bound
 MARGIN = 4e-3
 
+#: nodes and boundary segments, and half the triangles, that the arrays kept for small states have room for
+SMALL = 2048
+
 #: corners below this (degrees) are filled by one triangle; marked so in ``State.sharp``
 ACUTE = 50.0
 
@@ -81,24 +84,48 @@ def grown(array: NDArray, used: int, length: int) -> NDArray:
     return out
 
 
-def build_state(tri: Triangulation, tracks: Tracks, options: OptimiseOptions, spare: int) -> State:
-    """State of the triangulation with room for about ``spare`` more nodes; ``prepare_state`` makes it complete."""
+def build_state(
+    tri: Triangulation, tracks: Tracks, options: OptimiseOptions, spare: int, passing: bool = False
+) -> State:
+    """State of the triangulation with room for about ``spare`` more nodes; ``prepare_state`` makes it complete.
+
+    ``passing`` : the state is read out before this thread builds another. Small ones then share their arrays.
+    """
     boundary, n, m, k = tri.boundary, len(tri.points), len(tri.triangles), len(tri.boundary.segments)
     nodes, triangles, segments = n + spare, m + 2 * spare + 200, k + spare
-    counts = np.zeros(32, np.int64)
-    counts[NODES], counts[TRIANGLES], counts[SEGMENTS] = n, m, k
-    counts[RANDOM] = 1 + options.seed % 0x7FFFFFFE
-    arrays = [grown(tri.points, n, nodes), np.empty(nodes, np.uint8), np.empty(nodes)]
-    arrays += [np.empty(nodes, np.uint8), np.empty(nodes, np.int32)]
-    arrays += [grown(tri.triangles, m, triangles), grown(tri.neighbours, m, triangles)]
-    arrays += _scratch(nodes, triangles)
-    arrays += [grown(array, k, segments) for array in (boundary.track, boundary.t, boundary.mode)]
-    arrays += [counts, rule_of(options).copy(), *tracks]
-    state = State(*arrays)
+    if passing and max(nodes, segments) <= SMALL and triangles <= 2 * SMALL:
+        arrays = _small_arrays()
+    else:
+        arrays = _arrays(nodes, triangles, segments)
+    state = State(*[*arrays, rule_of(options).copy(), *tracks])
+    state.counts[NODES], state.counts[TRIANGLES], state.counts[SEGMENTS] = n, m, k
+    state.counts[RANDOM] = 1 + options.seed % 0x7FFFFFFE
+    state.points[:n], state.tri[:m], state.nbr[:m] = tri.points, tri.triangles, tri.neighbours
     state.kind[: len(boundary.kind)] = boundary.kind
-    if not options.allow_splits:
-        state.mode[:k] = LOCKED
+    state.track[:k], state.t[:k] = boundary.track, boundary.t
+    state.mode[:k] = boundary.mode if options.allow_splits else LOCKED
     return state
+
+
+def _arrays(nodes: int, triangles: int, segments: int) -> list[NDArray]:
+    """The arrays from ``points`` to ``counts``; what is counted and marked is 0, the rest not set."""
+    return [
+        np.empty((nodes, 2)), np.empty(nodes, np.uint8), np.empty(nodes), np.empty(nodes, np.uint8),
+        np.empty(nodes, np.int32), np.empty((triangles, 3), np.int32), np.empty((triangles, 3), np.int32),
+        *_scratch(nodes, triangles),
+        np.empty(segments, np.int32), np.empty((segments, 2)), np.empty(segments, np.uint8), np.zeros(32, np.int64),
+    ]  # fmt: skip
+
+
+def _small_arrays() -> list[NDArray]:
+    """The same for ``SMALL`` nodes and segments, always the same ones in a thread: most faces are small."""
+    if not hasattr(_kept, "arrays"):
+        _kept.arrays = _arrays(SMALL, 2 * SMALL, SMALL)
+        _kept.zeros = [_kept.arrays[i] for i in map(State._fields.index, ("mark", "moved", "tried", "counts"))]
+    for array in _kept.zeros:
+        array.fill(0)
+    found: list[NDArray] = _kept.arrays
+    return found
 
 
 def _scratch(nodes: int, triangles: int) -> list[NDArray]:

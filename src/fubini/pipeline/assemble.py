@@ -74,7 +74,7 @@ def _joined(
     k = sum(len(r.mesh.boundary.segments) for r in results)
     place, param, lifted = np.empty(n, np.int64), np.empty(n), np.empty((n, 3))
     edge, t, nodes = np.empty(k, np.int64), np.empty((k, 2)), np.empty((k, 2), np.int64)
-    ends = np.array([(e.start, e.end) for e in map(model.edges.__getitem__, edge_ids.tolist())], np.int64)
+    ends = model.numbering.vertices
     lowest = -1 - int(ends.max())
     at = since = 0
     for face, outline, result in zip(model.faces, outlines, results, strict=True):

@@ -136,8 +136,7 @@ def pick_size(model: Model) -> float:
     """
     size = max(face.region.diagonal for face in model.faces) / 40.0
     triangle = math.sqrt(3.0) / 4.0 * size * size
-    boxes = [face.region.bounding_box for face in model.faces]
-    if sum(float((high - low).prod()) for low, high in boxes) <= PICKED_TRIANGLES * triangle:
+    if sum(face.region.box_area for face in model.faces) <= PICKED_TRIANGLES * triangle:
         return size  # the areas are within their boxes, and cost more
     area = sum(face.region.area for face in model.faces)
     return size * max(1.0, math.sqrt(area / (PICKED_TRIANGLES * triangle)))
@@ -149,8 +148,7 @@ def check_count(model: Model, size: float) -> None:
     Raises OptionError with the smallest size that is allowed.
     """
     triangle = math.sqrt(3.0) / 4.0 * size * size
-    boxes = [face.region.bounding_box for face in model.faces]
-    if sum(float((high - low).prod()) for low, high in boxes) <= MAX_TRIANGLES * triangle:
+    if sum(face.region.box_area for face in model.faces) <= MAX_TRIANGLES * triangle:
         return  # the areas are within their boxes, and cost more
     area = sum(face.region.area for face in model.faces)
     if triangle == 0.0 or area / triangle > MAX_TRIANGLES:

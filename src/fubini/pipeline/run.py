@@ -154,7 +154,7 @@ def mesh(
     check_count(model, length)
     outlines, edge_ids, ends = outline_faces(model)
     lengths = face_sizes(model, length, checked, wanted)
-    asked = size_options(model, outlines, edge_ids, length, lengths, checked, wanted)
+    asked = size_options(model, outlines, length, lengths, checked, wanted)
     sizing = BoundarySizing(outlines, ends, asked)
     with in_model_terms(model, edge_ids):
         pattern = lay_pattern(model, outlines, checked)
@@ -194,10 +194,10 @@ def in_model_terms(model: Model, edge_ids: NDArray[np.int64]) -> Iterator[None]:
 
 def _options(size: float | None, options: dict[str, Any]) -> MeshOptions:
     """Options from keywords, with the valid names in the message when one is not known."""
-    known = set(MeshOptions.__dataclass_fields__) - {"size"}
-    unknown = sorted(set(options) - known)
+    known = MeshOptions.__dataclass_fields__.keys()
+    unknown = sorted(options.keys() - known)
     if unknown:
-        raise OptionError(f"unknown option {unknown[0]!r}", fix="options are " + ", ".join(sorted(known)))
+        raise OptionError(f"unknown option {unknown[0]!r}", fix="options are " + ", ".join(sorted(known - {"size"})))
     given = {"size": size, **options}
     return MeshOptions(**{k: v.item() if isinstance(v, np.generic) else v for k, v in given.items()})
 
@@ -241,19 +241,15 @@ def without_inner_edges(model: Model, pattern: str) -> Model:
 
 def outline_faces(model: Model) -> tuple[list[Outline], NDArray[np.int64], NDArray[np.int64]]:
     """Outlines of all faces, CAD indices of their edges by running number, and vertex numbers (e, 2)."""
-    used = sorted({edge for face in model.faces for edge in (*face.region.edges, *(e for _, e in face.inner))})
-    number = {edge: i for i, edge in enumerate(used)}
+    numbering = model.numbering
     outlines = []
     for face in model.faces:
         try:
-            outlines.append(Outline.of(face.region, number.__getitem__, face.inner))
+            outlines.append(Outline.of(face.region, numbering.number.__getitem__, face.inner))
         except FubiniError as error:
             error.file, error.face = error.file or model.source, face.index
             raise
-    vertices = sorted({v for e in used for v in (model.edges[e].start, model.edges[e].end)})
-    place = {v: i for i, v in enumerate(vertices)}
-    ends = np.array([(place[model.edges[e].start], place[model.edges[e].end]) for e in used], np.int64)
-    return outlines, np.array(used, np.int64), ends
+    return outlines, numbering.edges, numbering.ends
 
 
 def lay_pattern(model: Model, outlines: list[Outline], options: MeshOptions) -> list[PatternPoints] | None:

@@ -23,7 +23,6 @@ Float = NDArray[np.float64]
 def size_options(
     model: Model,
     outlines: list[Outline],
-    edge_ids: NDArray[np.int64],
     size: float,
     of_faces: list[float],
     options: MeshOptions,
@@ -34,7 +33,7 @@ def size_options(
     ``of_faces`` : what ``face_sizes`` gives. ``wanted`` : names of the user. Raises OptionError for an edge or vertex
     that the model does not have.
     """
-    number = {e: i for i, e in enumerate(edge_ids.tolist())}
+    number = model.numbering.number
     edges, segments, vertices = (
         by_part(model, f"{what}_{of}", what, asked, wanted or {})
         for what, of, asked in (
@@ -47,8 +46,8 @@ def size_options(
     for outline, h in zip(outlines, of_faces, strict=True):
         for e in outline.edges.tolist() if h < size else ():
             by_edge[e] = min(by_edge.get(e, size), h)
-    corners = {v for e in edge_ids.tolist() for v in (model.edges[e].start, model.edges[e].end)} if vertices else ()
-    vertex = {v: i for i, v in enumerate(sorted(corners))}
+    indices, numbers = model.numbering.vertices, model.numbering.ends
+    vertex = dict(zip(indices.ravel().tolist(), numbers.ravel().tolist())) if vertices else {}
     return SizeOptions(
         size,
         gradient=options.gradient,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -23,6 +24,18 @@ Bool = NDArray[np.bool_]
 
 #: ``Region.rounded_tracks`` are rounded to the diagonal over two to this.
 GRID_BITS = 32
+
+
+class Layout(NamedTuple):
+    """Numbers of the curves of a region, loop by loop; not to be written to.
+
+    ``loop_first`` (l + 1,) delimits the loops, ``before`` (c,) is the curve that arrives where curve c starts,
+    ``forward`` (c,) whether the loop runs along its edge.
+    """
+
+    loop_first: NDArray[np.int64]
+    before: NDArray[np.int64]
+    forward: Bool
 
 
 @dataclass(frozen=True)
@@ -125,10 +138,23 @@ class Region:
         return tuple(e for loop in self.loops for e in loop.edges)
 
     @cached_property
+    def layout(self) -> Layout:
+        """How the curves follow each other."""
+        first = np.cumsum([0, *(len(loop.curves) for loop in self.loops)])
+        before = np.arange(-1, first[-1] - 1)
+        before[first[:-1]] = first[1:] - 1
+        return Layout(first, before, np.array([along for loop in self.loops for along in loop.forward]))
+
+    @cached_property
     def bounding_box(self) -> Float:
         """Lowest and highest corner, (2, 2)."""
         boxes = np.array([loop.bounding_box for loop in self.loops])
         return np.array([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)])
+
+    @cached_property
+    def box_area(self) -> float:
+        """Area of the bounding box."""
+        return float((self.bounding_box[1] - self.bounding_box[0]).prod())
 
     @cached_property
     def diagonal(self) -> float:

@@ -73,9 +73,14 @@ def misfit(points, segments, size, x, y, dx, dy, spacing):
 def place(points, segments, track, kinds, size, found, best):
     """Write the lattice that meets the boundary best into best (5,): a node, the direction of rows, the spacing.
 
-    Candidates are the lattices with a row on one of the longest straight edges, and on its nodes; and the one that is
-    in ``best`` at the start, which stays unless another is better. found (k, 6) is scratch space.
+    Candidates are the lattices with a row on one of the longest straight edges, and on its nodes; and the one with rows
+    along x from the lowest corner of the bounding box, less ``size``, which comes first. found (k, 6) is scratch space.
     """
+    best[0], best[1], best[2], best[3], best[4] = math.inf, math.inf, 1.0, 0.0, size
+    for i in range(points.shape[0]):
+        best[0], best[1] = min(best[0], points[i, 0]), min(best[1], points[i, 1])
+    best[0] -= size
+    best[1] -= size
     for i in range(found.shape[0]):
         found[i, 5] = 0.0
     straight_edges(points, segments, track, kinds, size, found)

@@ -36,8 +36,7 @@ def best_placement(boundary: Boundary, kinds: NDArray[np.int32], size: float) ->
     ``kinds`` (c,) tells the kinds of the tracks. Where no straight edge has two segments of about full size the rows
     run along x, from the lowest corner of the bounding box.
     """
-    low = boundary.points.min(axis=0) - size
-    best = np.array([*low, 1.0, 0.0, size])
+    best = np.empty(5)
     kernels.place(boundary.points, boundary.segments, boundary.track, kinds, size, np.empty((CANDIDATES, 6)), best)
     x, y, dx, dy, spacing = best.tolist()
     return Placement((x, y), (dx, dy), spacing)

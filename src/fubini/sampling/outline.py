@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 
@@ -46,14 +45,11 @@ class Outline:
     @classmethod
     def of(cls, region: Region, edge_number: Callable[[int], int], inner: Iterable[tuple[Curve, int]] = ()) -> Outline:
         """Outline of a region; ``edge_number`` turns its edge ids, and those of ``inner`` edges, into numbers."""
-        edges = np.array(list(map(edge_number, region.edges)), np.int64)
-        first = np.cumsum([0, *(len(loop.curves) for loop in region.loops)])
-        before = np.arange(-1, len(edges) - 1)
-        before[first[:-1]] = first[1:] - 1
+        edges = np.array([edge_number(edge) for edge in region.edges], np.int64)
+        layout = region.layout
         outline = cls(
-            region.rounded_tracks, region.tracks, first, edges,
-            np.array(list(itertools.chain.from_iterable(loop.forward for loop in region.loops))),
-            np.round(region.corner_angles, 6), before, len(edges), region.diagonal * 2.0**-GRID_BITS,
+            region.rounded_tracks, region.tracks, layout.loop_first, edges, layout.forward,
+            np.round(region.corner_angles, 6), layout.before, len(edges), region.diagonal * 2.0**-GRID_BITS,
         )  # fmt: skip
         inside = [(curve, edge_number(edge)) for curve, edge in inner]
         return outline._with_edges(region, inside) if inside else outline
