@@ -1,16 +1,17 @@
 """The optimiser: moves, flips, refinement, the loop (see docs, theory of the optimiser)."""
 
 from fubini.optimise.lengths import shortened
+from fubini.optimise.levels import level
 from fubini.optimise.loop import optimise, refine_and_optimise
 from fubini.optimise.options import OptimiseOptions, OptimiseOutcome
 from fubini.optimise.refine import refine
-from fubini.optimise.smooth import even_out, evened, smooth
+from fubini.optimise.smooth import even_out, smooth
 
 __all__ = [
     "OptimiseOptions",
     "OptimiseOutcome",
     "even_out",
-    "evened",
+    "level",
     "optimise",
     "refine",
     "refine_and_optimise",

@@ -130,6 +130,18 @@ def unchanged(nbr, star, low, high, stamp, since):
 
 
 @inner
+def count_uneven(nbr, limit, size):
+    """Number of pairs of neighbours whose sizes differ by more than ``limit``."""
+    found = 0
+    for t in range(nbr.shape[0]):
+        for i in range(3):
+            u = nbr[t, i]
+            if u > t and max(size[t], size[u]) > limit * min(size[t], size[u]):
+                found += 1
+    return found
+
+
+@inner
 def longest_edge(points, tri):
     """Square of the length of the longest edge."""
     longest = 0.0
@@ -146,7 +158,7 @@ def longest_edge(points, tri):
 def even_out(points, tri, nbr, fixed, limit, kept, first, star, before, size, stamp, failed):
     """Move the nodes from ``fixed`` on of pairs that differ by more than ``limit``.
 
-    Returns the number of moves, and the square of the length of the longest edge then.
+    Returns the number of moves, and as it is then: the pairs left above the limit, the square of the longest edge.
     points (n, 2) is changed in place. kept (r,) : shapes, (Lmax^2 - Lmin^2) / 4 A, to which no objection is made in
     each of r rounds. Scratch: first (n - fixed + 1,), star (3 m,); sizes before (m,) at the start of a round and
     size (m,) now; stamp (m,) int32, zero: the move that last changed a triangle; failed (n - fixed,) int32: the moves
@@ -184,4 +196,4 @@ def even_out(points, tri, nbr, fixed, limit, kept, first, star, before, size, st
                         failed[v - fixed] = total
         if moved == 0:
             break
-    return total, longest_edge(points, tri)
+    return total, count_uneven(nbr, limit, size), longest_edge(points, tri)

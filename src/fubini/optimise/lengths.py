@@ -9,9 +9,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from fubini.optimise.levels import level
 from fubini.optimise.loop import optimise
 from fubini.optimise.options import LONGEST, OptimiseOptions, OptimiseOutcome
-from fubini.optimise.smooth import even_out, smooth
+from fubini.optimise.smooth import smooth
 from fubini.tracks import Tracks, evaluate
 from fubini.triangulation.constrained import constrained_delaunay
 from fubini.triangulation.value import FREE, FROZEN, LOCKED, ON_CURVE, Boundary, Triangulation
@@ -54,8 +55,7 @@ def shortened(
         cut, splits = _cut(outcome.triangulation, tracks, excess)
         if cut is None or len(cut.unrecovered):
             break
-        again = optimise(smooth(cut), tracks, options)
-        again = replace(again, triangulation=even_out(again.triangulation, options))
+        again, _ = level(optimise(smooth(cut), tracks, options), tracks, options)
         outcome = _following(outcome, again, splits)
         score = _score(excess := long_edges(outcome.triangulation, size, field, along))
         if outcome.excess <= best.excess and score < least:

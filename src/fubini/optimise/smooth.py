@@ -66,20 +66,23 @@ def even_out(triangulation: Triangulation, options: OptimiseOptions) -> Triangul
     return evened(triangulation, options)[0]
 
 
-def evened(triangulation: Triangulation, options: OptimiseOptions) -> tuple[Triangulation, float]:
-    """``even_out``, and the length of the longest edge; infinite where there are no interior nodes."""
+def evened(triangulation: Triangulation, options: OptimiseOptions) -> tuple[Triangulation, int, float]:
+    """``even_out``, then the number of pairs left that differ by more than the limit, and the longest edge."""
     from fubini.optimise._kernels_even import even_out as even
 
     fixed, n, m = len(triangulation.boundary.points), len(triangulation.points), len(triangulation.triangles)
-    if fixed == n:
-        return triangulation, math.inf
     points = np.array(triangulation.points)
     given = triangulation.triangles, triangulation.neighbours
     triangles, neighbours = (array if array.flags.writeable else array.copy() for array in given)
     first, star, failed = (np.empty(k, np.int32) for k in (n - fixed + 1, 3 * m, n - fixed))
     scratch = first, star, np.empty(m), np.empty(m), np.zeros(m, np.int32), failed
-    moves, longest = even(points, triangles, neighbours, fixed, options.growth, _kept(options), *scratch)
-    return replace(triangulation, points=points) if moves else triangulation, math.sqrt(longest)
+    moves, left, square = even(points, triangles, neighbours, fixed, options.growth, _kept(options), *scratch)
+    return replace(triangulation, points=points) if moves else triangulation, left, math.sqrt(square)
+
+
+def least_kept(options: OptimiseOptions) -> float:
+    """Shape, (Lmax^2 - Lmin^2) / 4 A, of the worst triangle that evening out makes."""
+    return float(_kept(options)[-1])
 
 
 @functools.lru_cache(maxsize=16)

@@ -12,7 +12,7 @@ from fubini.errors import GeometryError, OptionError
 from fubini.optimise import (
     OptimiseOptions,
     OptimiseOutcome,
-    evened,
+    level,
     optimise,
     refine,
     refine_and_optimise,
@@ -113,8 +113,7 @@ def attempt(
     else:
         filled = follow(refine(start, outline.tracks, size, gradient), outline, size, options.gradient, sizes)
         outcome = optimise(smooth(filled), outline.tracks, asked)
-    even, longest = evened(outcome.triangulation, asked)
-    outcome = replace(outcome, triangulation=even)
+    outcome, longest = level(outcome, outline.tracks, asked)
     return shortened(outcome, outline.tracks, size, asked, sizes, along, longest), core
 
 

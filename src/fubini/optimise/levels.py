@@ -1,0 +1,181 @@
+"""``levelled``: where moving nodes leaves neighbours too different in size, a few triangles around are meshed anew."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fubini.optimise.loop import optimise
+from fubini.optimise.options import OptimiseOptions, OptimiseOutcome
+from fubini.optimise.pocket import Pocket, slides
+from fubini.optimise.smooth import even_out, evened, least_kept, smooth
+from fubini.quality import areas, squared_lengths
+from fubini.tracks import TrackBuilder, Tracks
+from fubini.triangulation.value import Triangulation
+
+Float = NDArray[np.float64]
+
+#: Pairs looked at in one face at most, worst first, and how many in a row to no avail.
+PAIRS, PATIENCE = 60, 8
+#: Triangles up to so many edges away from a pair are meshed anew.
+RINGS = 4
+#: A trial must lessen the excess to this share of what it was; a pair over the limit counts so much by itself.
+LESS, EACH = 0.8, 0.01
+#: Edges of a trial may be longer than those before by this factor.
+LONGER = 1.1
+#: Nodes on free curves slide by these shares of their segments.
+SHARES = (0.15, -0.15, 0.3, -0.3, 0.5, -0.5)
+#: Attempts of the optimiser in a pocket.
+EFFORT = 200
+
+NO_TRACKS = TrackBuilder().build()
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A pocket meshed in another way, with the node that slid for it, and what is left to be evened out."""
+
+    mesh: Triangulation
+    slid: tuple[int, int, int, float] | None
+    excess: float
+
+
+def level(outcome: OptimiseOutcome, tracks: Tracks, options: OptimiseOptions) -> tuple[OptimiseOutcome, float]:
+    """``even_out``, then ``levelled`` where that leaves something to do and nothing is flawed; the longest edge."""
+    even, left, longest = evened(outcome.triangulation, options)
+    if left and not outcome.excess:
+        better = levelled(even, tracks, options)
+        if better is not even:
+            even, longest = better, float(_sizes(better.points, better.triangles)[2].max())
+    return replace(outcome, triangulation=even), longest
+
+
+def levelled(triangulation: Triangulation, tracks: Tracks, options: OptimiseOptions) -> Triangulation:
+    """Mesh around pairs of neighbours that differ in size by more than ``options.growth`` anew, worst first.
+
+    A node more in the larger triangle, one less at the smaller, or a boundary node slid along its curve, each followed
+    by smoothing and evening out: the first trial that leaves no pair in excess is taken, else the best that leaves
+    distinctly less. No triangle becomes worse than the worst beside it was and than evening out allows. Flawed
+    triangles stay as they are, and so does every shared edge.
+    """
+    tried: set[tuple[float, ...]] = set()
+    failed, pairs = 0, _uneven(triangulation, options)
+    while pairs and failed < PATIENCE and len(tried) < PAIRS:
+        pair = pairs.pop(0)
+        if (place := _place(triangulation, pair)) in tried:
+            continue
+        tried.add(place)
+        new = _levelled_at(triangulation, tracks, pair, options)
+        failed += 1
+        if new is not None:
+            triangulation, failed, pairs = new, 0, _uneven(new, options)
+    return triangulation
+
+
+def _place(triangulation: Triangulation, pair: tuple[int, int]) -> tuple[float, ...]:
+    """Where the pair is: its corners."""
+    return tuple(triangulation.points[triangulation.triangles[list(pair)]].ravel().tolist())
+
+
+def _sizes(points: Float, triangles: NDArray[np.int32]) -> tuple[Float, Float, Float]:
+    """Mean edge length (m,), shape (Lmax^2 - Lmin^2) / 4 A (m,) and longest edge (m,) of triangles."""
+    corners = points[triangles]
+    square = squared_lengths(corners)
+    most, area = square.max(axis=1), areas(corners)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        shape = np.where(area > 0.0, (most - square.min(axis=1)) / (4.0 * area), np.inf)
+    return np.sqrt(square).mean(axis=1), shape, np.sqrt(most)
+
+
+def _flawed_shape(options: OptimiseOptions) -> float:
+    """Shape at the skewness bound."""
+    return float(1.0 / np.tan(np.radians(options.min_skew)))
+
+
+def _uneven(triangulation: Triangulation, options: OptimiseOptions) -> list[tuple[int, int]]:
+    """Pairs of triangles (smaller, larger), neither flawed, that differ by more than the limit; worst first."""
+    size, shape, _ = _sizes(triangulation.points, triangulation.triangles)
+    size = np.where(shape < _flawed_shape(options), size, np.nan)
+    t, i = np.nonzero(triangulation.neighbours > np.arange(len(size))[:, None])
+    u = triangulation.neighbours[t, i]
+    ratio = np.maximum(size[t], size[u]) / np.minimum(size[t], size[u])
+    over = np.flatnonzero(ratio > options.growth)
+    over = over[np.argsort(-ratio[over], kind="stable")]
+    return [(a, b) if size[a] < size[b] else (b, a) for a, b in zip(t[over].tolist(), u[over].tolist(), strict=True)]
+
+
+def _excess(mesh: Triangulation, outside: Float, size: Float, limit: float) -> float:
+    """Squared excesses over the limit of all pairs with a triangle of the mesh, and ``EACH`` for each of them.
+
+    outside : (k,) sizes beyond each boundary segment, nan where they do not count.
+    """
+    u, own = mesh.neighbours, size[:, None]
+    beyond = np.where(u >= 0, size[np.maximum(u, 0)], outside[np.maximum(-1 - u, 0)])
+    over = np.maximum(own, beyond) / np.minimum(own, beyond) - limit
+    share = np.where(u >= 0, 0.5, 1.0) * (over > 0.0)  # a pair inside is seen from both sides
+    return float((share * np.where(over > 0.0, over**2 + EACH, 0.0)).sum())
+
+
+def _levelled_at(
+    whole: Triangulation, tracks: Tracks, pair: tuple[int, int], options: OptimiseOptions
+) -> Triangulation | None:
+    """The triangulation meshed anew around a pair; None where no trial is good enough."""
+    size, shape, _ = _sizes(whole.points, whole.triangles)
+    flawed = shape >= _flawed_shape(options)
+    pocket = Pocket.around(whole, list(pair), RINGS, set(np.flatnonzero(flawed).tolist()))
+    outside = np.append(np.where(flawed, np.nan, size), np.nan)[np.maximum(pocket.outside, -1)]
+    _, shapes, lengths = _sizes(pocket.triangulation.points, pocket.triangulation.triangles)
+    worst, longest = max(float(shapes.max()), least_kept(options)), LONGER * float(lengths.max())
+    least = LESS * _excess(pocket.triangulation, outside, size[pocket.rows], options.growth)
+    best: Trial | None = None
+    for start, slid in _starts(pocket, tracks, pair):
+        mesh = _finished(start, options)
+        size_now, shape_now, length_now = _sizes(mesh.points, mesh.triangles)
+        if shape_now.max() > worst or length_now.max() > longest:
+            continue
+        excess = _excess(mesh, outside, size_now, options.growth)
+        if excess < least:
+            best, least = Trial(mesh, slid, excess), excess
+        if excess == 0.0:
+            break
+    return None if best is None else pocket.put_back(best.mesh, best.slid)
+
+
+def _finished(start: Triangulation, options: OptimiseOptions) -> Triangulation:
+    """Smoothed, without what is flawed, evened out."""
+    mesh = smooth(start)
+    _, shape, _ = _sizes(mesh.points, mesh.triangles)
+    if shape.max() > least_kept(options):
+        mesh = optimise(
+            mesh, NO_TRACKS, replace(options, allow_splits=False, budget=EFFORT, budget_each=0)
+        ).triangulation
+    return even_out(mesh, options)
+
+
+def _starts(
+    pocket: Pocket, tracks: Tracks, pair: tuple[int, int]
+) -> Iterator[tuple[Triangulation, tuple[int, int, int, float] | None]]:
+    """Other meshes of the pocket, likely ones first."""
+    own, rim = pocket.triangulation, pocket.rim
+    small, large = np.searchsorted(pocket.rows, pair).tolist()
+    inner = own.points[rim:]
+    corners = own.points[own.triangles[large]]
+    middles = 0.5 * (corners + np.roll(corners, -1, axis=0))
+    middles = middles[np.argsort(-squared_lengths(corners[None])[0][[2, 0, 1]], kind="stable")]
+    near = [small, large, *(t for t in own.neighbours[small].tolist() if t >= 0)]
+    leave = [v for v in dict.fromkeys(own.triangles[near].ravel().tolist()) if v >= rim]
+    trials = [inner]
+    trials += [np.concatenate([inner, [p]]) for p in (*middles, corners.mean(axis=0))]
+    trials += [np.delete(inner, v - rim, axis=0) for v in leave]
+    for points in trials:
+        if (mesh := pocket.remeshed(points)) is not None:
+            yield mesh, None
+    at = set(own.triangles[[small, large]].ravel().tolist())
+    for v, s, r in pocket.sliding():
+        for share in SHARES if v in at else ():
+            t, place = slides(pocket.whole.boundary, tracks, s, r, share)
+            if (mesh := pocket.remeshed(inner, (v, place))) is not None:
+                yield mesh, (v, s, r, t)
