@@ -54,7 +54,8 @@ def front_edges(S, W, t, limit, everywhere):
         u = S.nbr[t, i]
         if u < 0 or everywhere or not oversize(S, u, limit):
             a, b = S.tri[t, (i + 1) % 3], S.tri[t, (i + 2) % 3]
-            W.rx[n] = math.hypot(S.points[a, 0] - S.points[b, 0], S.points[a, 1] - S.points[b, 1])
+            x, y = S.points[a, 0] - S.points[b, 0], S.points[a, 1] - S.points[b, 1]
+            W.rx[n] = x * x + y * y
             W.ea[n] = i
             n += 1
     for i in range(1, n):
@@ -70,7 +71,7 @@ def front_point(S, t, i, h, gradient):
     """The third corner of the wanted triangle on edge i of t, no further than the circle's centre allows."""
     a, b = S.tri[t, (i + 1) % 3], S.tri[t, (i + 2) % 3]
     ax, ay, bx, by = S.points[a, 0], S.points[a, 1], S.points[b, 0], S.points[b, 1]
-    length = math.hypot(bx - ax, by - ay)
+    length = math.sqrt((bx - ax) ** 2 + (by - ay) ** 2)
     half = 0.5 * length
     mx, my = 0.5 * (ax + bx), 0.5 * (ay + by)
     nx, ny = (ay - by) / length, (bx - ax) / length
@@ -120,17 +121,20 @@ def height(S, t, i, x, y):
 def admit(S, W, n, x, y, h, gradient, share):
     """Size wanted at (x, y) among the n triangles W.cavity; -1 where a node or a segment is too near."""
     size = h
+    nearest = math.inf
     for q in range(n):
         for i in range(3):
             v = S.tri[W.cavity[q], i]
-            d = math.hypot(S.points[v, 0] - x, S.points[v, 1] - y)
-            size = min(size, S.size[v] + gradient * d)
+            dx, dy = S.points[v, 0] - x, S.points[v, 1] - y
+            square = dx * dx + dy * dy
+            nearest = min(nearest, square)
+            size = min(size, S.size[v] + gradient * math.sqrt(square))
+    least = share * NODE_DISTANCE * size
+    if nearest < least * least:
+        return -1.0
     for q in range(n):
         t = W.cavity[q]
         for i in range(3):
-            v = S.tri[t, i]
-            if math.hypot(S.points[v, 0] - x, S.points[v, 1] - y) < share * NODE_DISTANCE * size:
-                return -1.0
             if S.nbr[t, i] < 0:
                 d, length = height(S, t, i, x, y)
                 if d < share * SEGMENT_DISTANCE * min(size, length):

@@ -80,7 +80,7 @@ class BoundarySizing:
                 break
             before, nodes = nodes, self._place()
             kernels.find_moved(nodes.first, nodes.t, before.first, before.t, CREEP, moved)
-            dirty = np.union1d(self._face[moved[self._edges] > 0], tangled).astype(int).tolist()
+            dirty = sorted({*self._face[moved[self._edges] > 0].tolist(), *tangled})
             if not dirty:
                 break
         return nodes
