@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from fubini._jit import inner, kernel
 from fubini.triangulation._kernels_topology import count_stars
 
@@ -15,6 +17,8 @@ from fubini.triangulation._kernels_topology import count_stars
 FROM = 0.97
 #: compass steps begin at this share of the size and end at its last
 FIRST_STEP, LAST_STEP = 0.2, 0.02
+#: its directions
+COMPASS = np.array([(math.cos(0.25 * math.pi * d), math.sin(0.25 * math.pi * d)) for d in range(8)])
 
 
 @inner
@@ -38,8 +42,8 @@ def triangle_size(points, tri, t, v, x, y):
 
 
 @inner
-def unevenness(points, tri, nbr, star, low, high, v, x, y, limit, size):
-    """Sum of the squared excesses over ``limit`` of all pairs with a triangle at v, v at (x, y).
+def unevenness(points, tri, nbr, star, low, high, v, x, y, limit, size, most):
+    """Sum of the squared excesses over ``limit`` of all pairs with a triangle at v, v at (x, y), at most ``most``.
 
     The sizes (m,) of the triangles at v are set to those for this place.
     """
@@ -55,6 +59,8 @@ def unevenness(points, tri, nbr, star, low, high, v, x, y, limit, size):
                 excess = max(size[t], size[u]) - limit * least
                 if excess > 0.0:
                     total += (excess / least) ** 2
+                    if total >= most:
+                        return most
     return total
 
 
@@ -92,7 +98,7 @@ def even_node(points, tri, nbr, star, low, high, v, limit, good, size):
     No shape beside it becomes worse than it is and than ``good``. ``size`` (m,) stays true.
     """
     x, y = points[v, 0], points[v, 1]
-    old = unevenness(points, tri, nbr, star, low, high, v, x, y, limit, size)
+    old = unevenness(points, tri, nbr, star, low, high, v, x, y, limit, size, math.inf)
     if old == 0.0:
         return False
     best, step = old, FIRST_STEP * size[star[low]]
@@ -100,8 +106,8 @@ def even_node(points, tri, nbr, star, low, high, v, limit, good, size):
     while step > last and best > 0.0:
         moved = False
         for d in range(8):
-            p, q = x + step * math.cos(0.25 * math.pi * d), y + step * math.sin(0.25 * math.pi * d)
-            cost = unevenness(points, tri, nbr, star, low, high, v, p, q, limit, size)
+            p, q = x + step * COMPASS[d, 0], y + step * COMPASS[d, 1]
+            cost = unevenness(points, tri, nbr, star, low, high, v, p, q, limit, size, best)
             if cost < best and not spoils(points, tri, star, low, high, v, p, q, good):
                 x, y, best, moved = p, q, cost, True
                 break
@@ -109,7 +115,7 @@ def even_node(points, tri, nbr, star, low, high, v, limit, good, size):
             step *= 0.5
     if best > 0.999 * old:
         x, y = points[v, 0], points[v, 1]
-    unevenness(points, tri, nbr, star, low, high, v, x, y, limit, size)
+    unevenness(points, tri, nbr, star, low, high, v, x, y, limit, size, math.inf)
     if best > 0.999 * old:
         return False
     points[v, 0], points[v, 1] = x, y
