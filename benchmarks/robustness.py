@@ -3,15 +3,17 @@
     export PYTHONPATH=src:tests
     python benchmarks/robustness.py --polygons 1000 --regions 500 --slender 400 --wedges --letters --touching
     python benchmarks/robustness.py --regions 50 --first 7000 --worst worst.png     # other seeds, ten worst drawn
+    python benchmarks/robustness.py --parts 60              # needs build123d
 
 Families: random simple polygons of 10 to 60 corners, a third with a hole; random outlines of lines, arcs and B-splines
 with tiny edges, slots, cusps, fillets and nearly touching holes (``tests/random_regions.py``); slender parts, that is
 stars of spikes, strips of 1 : 10,000, combs of slots and holes in a row, at three sizes; wedges of every whole degree
-from 1 to 120 at three sizes; letters and digits of three fonts; holes that all but touch, lunes and crescents.
+from 1 to 120 at three sizes; letters and digits of three fonts; holes that all but touch, lunes and crescents; random
+solids of a CAD kernel (``tests/random_parts.py``) at three sizes, one case a solid.
 Prints one line for each family: cases, certified, flawed triangles beyond the unavoidable, faces whose budget ran out,
 unavoidable corners, those with no flawed triangle (coarse chords may open wider than the tangents), those with more
 than one, those whose triangle is over 5 % worse than the best for the angle, CPU seconds of the slowest case and of
-all. Cases that fall short are named, and exit status is 1.
+all. Cases that fall short are named, and exit status is 1. Of solids no corners are listed, and none is drawn.
 """
 
 from __future__ import annotations
@@ -31,6 +33,7 @@ import fubini
 import random_regions
 import regions
 from fubini.errors import FubiniError
+from fubini.model import Model
 from fubini.quality import flawed, skewness
 from fubini.region import Region
 
@@ -43,7 +46,7 @@ class Case:
 
     family: str
     name: str
-    region: Region
+    region: Region | Model
     size: float
 
 
@@ -99,6 +102,15 @@ def wedges() -> Iterator[Case]:
             yield Case("wedges", f"wedge {degrees}", regions.wedge(degrees), size)
 
 
+def parts(count: int, first: int) -> Iterator[Case]:
+    import random_parts
+
+    for seed in range(first, first + count):
+        model = fubini.load(random_parts.random_part(seed))
+        for share in (10, 30, 100):
+            yield Case("parts", f"part {seed}", model, model.diagonal / share)
+
+
 def letters() -> Iterator[Case]:
     for font in FONTS:
         for character in string.ascii_letters + string.digits:
@@ -120,14 +132,19 @@ def run(case: Case, min_skew: float = 45.0) -> Outcome:
     out = Outcome(case)
     start = time.process_time()
     try:
-        mesh = fubini.mesh(regions.model_of(case.region), case.size, min_skew=min_skew)
+        mesh = fubini.mesh(model_of(case), case.size, min_skew=min_skew)
     except FubiniError as error:
         out.reasons, out.seconds = f"{type(error).__name__}: {error}", time.process_time() - start
         return out
     out.seconds = time.process_time() - start
-    face = mesh.certificate.faces[0]
-    out.certified, out.excess, out.exhausted = mesh.certificate.certified, face.excess, face.budget_exhausted
-    out.triangles, out.worst_skew, out.reasons = face.triangles, face.avoidable_skew, "; ".join(face.reasons)
+    faces = mesh.certificate.faces
+    out.certified, out.triangles = mesh.certificate.certified, len(mesh.triangles)
+    out.excess, out.exhausted = sum(f.excess for f in faces), any(f.budget_exhausted for f in faces)
+    out.worst_skew = min(f.avoidable_skew for f in faces)
+    out.reasons = "; ".join(f"face {f.face}: {reason}" for f in faces for reason in f.reasons)
+    if isinstance(case.region, Model):
+        return out
+    face = faces[0]
     p = mesh.points[mesh.triangles][:, :, :2]
     bad = np.flatnonzero(flawed(p, min_skew))
     for corner in face.corners:
@@ -136,6 +153,11 @@ def run(case: Case, min_skew: float = 45.0) -> Outcome:
         best = max(skewness(p[here]), default=90.0)
         out.corners.append((corner.angle, len(here), best / best_skew(corner.angle)))
     return out
+
+
+def model_of(case: Case) -> Model:
+    """The model of a case: of a region, its only face."""
+    return case.region if isinstance(case.region, Model) else regions.model_of(case.region)
 
 
 def best_skew(angle: float) -> float:
@@ -172,7 +194,7 @@ def draw(outcomes: list[Outcome], path: Path) -> None:
     from matplotlib.collections import PolyCollection
     from matplotlib.figure import Figure
 
-    meshed = [o for o in outcomes if o.triangles]
+    meshed = [o for o in outcomes if o.triangles and isinstance(o.case.region, Region)]
     worst = sorted(meshed, key=lambda o: (o.certified, -o.excess, o.worst_skew))[:10]
     figure = Figure((25, 11), dpi=100)
     for k, outcome in enumerate(worst):
@@ -202,6 +224,7 @@ def main() -> int:
     parser.add_argument("--polygons", type=int, default=0, metavar="N", help="so many random polygons")
     parser.add_argument("--regions", type=int, default=0, metavar="N", help="so many random outlines of curves")
     parser.add_argument("--slender", type=int, default=0, metavar="N", help="so many slender parts, three sizes")
+    parser.add_argument("--parts", type=int, default=0, metavar="N", help="so many random solids, three sizes")
     parser.add_argument("--wedges", action="store_true", help="1 to 120 degrees, three sizes")
     parser.add_argument("--letters", action="store_true", help="letters and digits of three fonts")
     parser.add_argument("--touching", action="store_true", help="holes that all but touch, lunes and crescents")
@@ -212,14 +235,15 @@ def main() -> int:
     parser.add_argument("--worst", type=Path, help="draw the ten worst faces to this PNG")
     args = parser.parse_args()
 
-    count, first = (args.polygons, args.regions, args.slender), args.first
-    cases = [case for family, n in zip((polygons, outlines, slender), count, strict=True) for case in family(n, first)]
+    count, first = (args.polygons, args.regions, args.slender, args.parts), args.first
+    families = polygons, outlines, slender, parts
+    cases = [case for family, n in zip(families, count, strict=True) for case in family(n, first)]
     for wanted, family in ((args.wedges, wedges), (args.letters, letters), (args.touching, touching)):
         cases += family() if wanted else ()
     warm()
     outcomes = []
     for case in cases:
-        if args.scale != 1.0 or args.offset:
+        if (args.scale != 1.0 or args.offset) and isinstance(case.region, Region):
             at = np.array([1.0, -0.7]) * args.offset * args.scale
             moved = case.region.transform(np.eye(2) * args.scale, tuple(at))
             case = dataclasses.replace(case, region=moved, size=case.size * args.scale)

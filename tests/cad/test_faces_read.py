@@ -25,7 +25,7 @@ import fubini
 from cad import shapes as S
 from fubini.cad import load, occ
 from fubini.cad.edges import read_curve
-from fubini.cad.spacecurve import project
+from fubini.cad.spacecurve import SpaceSpline, project
 from fubini.curves import BSpline, CircularArc, EllipticalArc
 from fubini.errors import GeometryError, InputError
 from fubini.model import Frame
@@ -42,6 +42,24 @@ def closes(region):
 
 def middle_in_space(face):
     return face.frame.to_space(face.region.centroid)[0]
+
+
+def test_splines_that_miss_their_vertices_are_bent_to_them():
+    """No jump at the ends, where the vertices lie off the curve by the tolerance of the file."""
+    poles = np.array([(0.0, 0, 0), (1, 2, 0), (3, 2, 0), (4, 0, 0), (5, 1, 0)])
+    knots = np.array([0.0, 0, 0, 0, 2, 3, 3, 3, 3])
+    start, end = np.array([0.1, -0.2]), np.array([5.0, 1.3])
+    for weights in (None, np.array([1.0, 2, 1, 0.5, 1])):
+        for curve in (
+            SpaceSpline("bspline", 3, knots, poles, weights, 0.0, 3.0).to_plane(FLAT, start, end),
+            SpaceSpline("bezier", 4, None, poles, weights).to_plane(FLAT, start, end),
+        ):
+            near = curve.point(np.array([0.0, 1e-9, 1.0 - 1e-9, 1.0]))
+            assert np.array_equal(near[0], start) and np.array_equal(near[3], end)
+            assert np.abs(np.diff(near, axis=0)[[0, 2]]).max() < 1e-7
+            same = type(curve)(*((3, knots) if curve.kind == "bspline" else ()), poles[:, :2], weights)
+            t = np.linspace(0.0, 1.0, 9)
+            assert np.abs(curve.point(t) - same.point(t)).max() <= 0.3 + 1e-12
 
 
 # -- frames --------------------------------------------------------------------------------------

@@ -125,6 +125,19 @@ def test_a_loop_below_the_tolerance_counts_as_a_point(size, weights):
     assert 200 < len(mesh.triangles) < 600
 
 
+@pytest.mark.parametrize("wait", [1.0, 100.0, 1e4])
+def test_a_spline_that_stays_in_one_place_is_meshed(wait):
+    """Offsets that CAD kernels make: a sharp kink at which the parameter runs on while the point stays."""
+    tip = (4.0, 1.7)
+    poles = [(0, 0), (1.9, 0.4), (3.2, 1), tip, tip, tip, tip, (-10, -1.8), (-16, -3.6), (0, 0)]
+    knots = [0.0] * 4 + [1.0] * 3 + [1.0 + wait] * 3 + [3.0 + wait] * 4
+    region = chain(BSpline(3, knots, poles))
+    assert region.validate() == ()
+    certificate = fubini.mesh(region, 1.0).certificate
+    assert certificate.certified
+    assert certificate.faces[0].area_error < 0.02
+
+
 @pytest.mark.parametrize("size", [1e-7, 1e-8, 1e-9])
 def test_pieces_of_splines_beside_the_origin_are_functions_there(size):
     """Their coordinates are far smaller than those of the curve that they are cut from, whose rounding they keep."""

@@ -40,6 +40,10 @@ def _dot(d: Float, axis: Float) -> Float:
     return d[..., 0] * axis[0] + d[..., 1] * axis[1] + d[..., 2] * axis[2]
 
 
+#: Ends moved by more than this, times the extent of a spline, bend it; what is less makes no visible step.
+_BENT = 1e-4
+
+
 @dataclass(frozen=True)
 class SpaceCurve(ABC):
     """A curve in space over the range of its CAD edge.
@@ -126,7 +130,23 @@ class SpaceSpline(SpaceCurve):
     def to_plane(self, frame: Frame, start: Float, end: Float) -> Curve:
         flat = project(frame, self.poles)
         if self.knots is None:
-            return Bezier(flat, self.weights, start=start, end=end)
-        return BSpline.from_domain(
-            self.degree, self.knots, flat, self.weights, self.first, self.last, start=start, end=end
-        )
+            share = np.linspace(0.0, 1.0, len(flat))
+            return Bezier(_led_to(flat, share, flat[0], flat[-1], start, end), self.weights, start=start, end=end)
+        piece = BSpline.from_domain(self.degree, self.knots, flat, self.weights, self.first, self.last)
+        mean = np.array([piece.knots[i + 1 : i + 1 + piece.degree].mean() for i in range(len(piece.poles))])
+        low, high = piece.domain
+        poles = _led_to(piece.poles, (mean - low) / (high - low), piece.start, piece.end, start, end)
+        return BSpline(piece.degree, piece.knots, poles, piece.weights, start=start, end=end)
+
+
+def _led_to(poles: Float, share: Float, first: Float, last: Float, start: Float, end: Float) -> Float:
+    """Control points (n, 2) moved so that a curve from ``first`` to ``last`` runs from ``start`` to ``end``.
+
+    ``share`` (n,) holds the mean of the knots of each, over the domain: what is linear in them is linear in the
+    parameter. CAD edges may miss their vertices by their tolerance, and a curve that jumps there has no mesh.
+    """
+    moved = np.stack([start - first, end - last])
+    if np.abs(moved).max() <= _BENT * np.ptp(poles, axis=0).max():
+        return poles
+    bent: Float = poles + (1.0 - share)[:, None] * moved[0] + share[:, None] * moved[1]
+    return bent

@@ -90,7 +90,7 @@ def long_edges(
 
 def _score(excess: Float) -> tuple[int, float]:
     """How many edges are too long, and the longest of them over what is allowed; ``DONE`` where none is."""
-    return int((excess > 1.0).sum()), max(1.0, float(excess.max()))
+    return int((excess > 1.0).sum()), float(excess.max(initial=1.0))
 
 
 def _following(first: OptimiseOutcome, second: OptimiseOutcome, splits: Splits) -> OptimiseOutcome:

@@ -36,7 +36,7 @@ def turning_sizes(x, y, s, turn, blur, angle, out):
     total = 0.0
     angle[0] = 0.0
     for i in range(1, n):
-        d = math.atan2(y[i] - y[i - 1], x[i] - x[i - 1])
+        d = math.atan2(y[i] - y[i - 1], x[i] - x[i - 1]) if s[i] - s[i - 1] > 1.5 * blur else previous
         step = d - previous
         if step > math.pi:
             step -= 2.0 * math.pi
@@ -73,27 +73,46 @@ def sample_count(kinds, offsets, data, track, finer):
     """Samples to take of a track: two of a line, more of a curve with many pieces."""
     if kinds[track] == 0:
         return np.int64(2)
-    count = np.int64(129)
-    if kinds[track] == 2:
-        count = min(4097, max(65, 16 * np.int64(data[offsets[track] + 4]) + 1))
-    return min(MOST_SAMPLES, (count - 1) * finer + 1)
+    if kinds[track] == 1:
+        return min(MOST_SAMPLES, 128 * finer + 1)
+    pieces = np.int64(data[offsets[track] + 4])
+    each = max(1, min(max(16, -(-64 // pieces)), 4096 // pieces) * finer)
+    return pieces * max(1, min(each, (MOST_SAMPLES - 1) // pieces)) + 1
 
 
 @inner
-def walk(kinds, offsets, data, track, count, n, t, s, x, y):
-    """Samples of a track at even parameters, from n on; those that do not get ahead are left out. The new n."""
-    step, length = 1.0 / (count - 1), 0.0
-    last_x = last_y = 0.0
+def walk(kinds, offsets, data, track, count, n, blur, t, s, x, y):
+    """Samples of a track from n on, at even parameters of each of its pieces. The new n.
+
+    Where a curve stays in one place, within ``blur`` from sample to sample, only the ends of the stretch are kept, so
+    far apart in ``s`` as that. Other samples that do not get ahead are left out.
+    """
+    o = np.int64(offsets[track])
+    pieces = np.int64(data[o + 4]) if kinds[track] == 2 else 1
+    each = (count - 1) // pieces
+    length = last_x = last_y = 0.0
+    waiting = -1.0
     for i in range(count):
-        at = 1.0 if i == count - 1 else i * step
+        at = i / (count - 1)
+        if kinds[track] == 2 and i < count - 1:
+            k = i // each
+            low = data[o + 6 + k]
+            at = low + (data[o + 7 + k] - low) * ((i - k * each) / each)
         px, py = evaluate_one(kinds, offsets, data, track, at)
         ahead = math.hypot(px - last_x, py - last_y) if i > 0 else 0.0
-        last_x, last_y = px, py
-        longer = length + ahead
-        if i == 0 or longer > length:
-            t[n], s[n], x[n], y[n] = at, longer, px, py
+        if i > 0 and i < count - 1 and ahead <= blur:
+            waiting = at
+            continue
+        if waiting >= 0.0 and length + blur > length:
+            length += blur
+            t[n], s[n], x[n], y[n] = waiting, length, last_x, last_y
             n += 1
-        length = longer
+        waiting = -1.0
+        if i == 0 or length + ahead > length:
+            length += ahead
+            t[n], s[n], x[n], y[n] = at, length, px, py
+            n += 1
+        last_x, last_y = px, py
     return n
 
 
@@ -127,7 +146,7 @@ def sample_tracks(kinds, offsets, data, which, turn, blur, most, pieces, dense):
                 t[n], s[n], h[n] = i, i * radius * sweep, bound
                 n += 1
         else:
-            n = a + walk(kinds, offsets, data, which[e], count[e], 0, t[a:], s[a:], x, y)
+            n = a + walk(kinds, offsets, data, which[e], count[e], 0, blur, t[a:], s[a:], x, y)
             if kinds[which[e]] != 0:
                 turning_sizes(x, y, s[a:n], turn, blur, angle, h[a:n])
             else:

@@ -26,7 +26,7 @@ NARROW = 27.0
 #: Share of the shorter edge that the triangle of a sharp corner may take.
 LEG_SHARE = 0.34
 #: Where a leg borders another face too, the next segment there must not be shorter by more than this: five valid
-#: triangles about a node on a straight edge span at most a ratio of 16.4.
+#: triangles about a node on a straight edge span at most a ratio of 16.3.
 STEP = 8.0
 #: Where that cannot be had, a ratio up to this is tried ...
 LARGEST_STEP = 15.0
