@@ -19,7 +19,7 @@ from fubini.triangulation.value import Triangulation
 Float = NDArray[np.float64]
 
 #: Pairs looked at in one face at most, worst first, and how many in a row to no avail.
-PAIRS, PATIENCE = 60, 8
+PAIRS, PATIENCE = 20, 4
 #: Triangles up to so many edges away from a pair are meshed anew.
 RINGS = 4
 #: A trial must lessen the excess to this share of what it was; a pair over the limit counts so much by itself.
