@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
+import itertools
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import fubini
 import regions
+from fubini.curves import Bezier, Line
 from fubini.errors import GeometryError, OptionError
+from fubini.pipeline.faces import whole
 from fubini.pipeline.options import MeshOptions
 from fubini.quality import areas
+from fubini.sampling.boundary import BoundarySizing, Outline, SizeOptions
+from fubini.triangulation.constrained import constrained_delaunay
 from random_regions import random_region
 
 CASES = {
@@ -165,6 +172,35 @@ def test_crossing_outline_names_face_and_place():
     with pytest.raises(GeometryError, match="face 0") as caught:
         fubini.mesh(model, 0.3)
     assert len(caught.value.at) == 3
+
+
+def test_a_boundary_whose_segments_cross_never_reaches_the_optimiser():
+    """Two sides leave a notch of no width in one direction, one a hair above the other: told with the place."""
+    tip, last = (0.312, 0.0294), (0.285, 0.02985)
+    sides = [last, (0, 0.1), (0, -0.3), (0.5, -0.3), (0.5, 0.1), (0.38, 0.0478)]
+    notch = Bezier([sides[-1], (0.3716, 0.0294), tip]), Bezier([tip, (0.3208, 0.0294), last])
+    region = regions.chain(*notch, *(Line(p, q) for p, q in itertools.pairwise(sides)))
+    assert region.validate() == ()
+    for share in (6, 80):
+        with pytest.raises(
+            GeometryError, match=r"face 0: edge [01]: at .* the boundary crosses or touches itself"
+        ) as caught:
+            fubini.mesh(region, region.diagonal / share)
+        assert caught.value.at == pytest.approx((*tip, 0.0), abs=1e-3)
+    crossed = regions.polygon([(0, 0), (4, 0), (4, 4), (0, 4)])
+    outline = Outline.of(crossed, lambda edge: 10 + edge)
+    boundary = mesh_boundary(crossed)
+    bow = replace(boundary, points=boundary.points[[0, 2, 1, 3]])
+    with pytest.raises(GeometryError, match=r"edge 1[0-3]: .*crosses"):
+        whole(constrained_delaunay(bow.points, bow), outline)
+
+
+def mesh_boundary(region):
+    """The boundary of a region at a size beyond it: its corners alone."""
+    outline = Outline.of(region, lambda edge: edge)
+    ends = np.array([(k, (k + 1) % len(region.edges)) for k in range(len(region.edges))])
+    sizing = BoundarySizing([outline], ends, SizeOptions(10.0 * region.diagonal))
+    return sizing.boundary(0, sizing.resolve())
 
 
 def test_options_describe_a_gradient_from_the_growth():

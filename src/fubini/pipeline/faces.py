@@ -79,12 +79,12 @@ def attempt(
     """Mesh one face with the points ``inside``, or with the lattice of this number where there are none given.
 
     ``lone`` (p, 2) become nodes and stay where they are; ``along`` (c,) sizes asked of single edges. Returns the
-    triangulation, and the core that it leaves out.
+    triangulation, and the core that it leaves out. Raises ``GeometryError`` where boundary segments cross.
     """
     boundary = with_lone(held(boundary, options, number, number % 2 == 0 and inside is None), lone, size)
     asked = optimiser_options(options)
     if inside is not None:
-        start = constrained_delaunay(np.concatenate([boundary.points, inside]), boundary)
+        start = whole(constrained_delaunay(np.concatenate([boundary.points, inside]), boundary), outline)
         return optimise(start, outline.tracks, asked), None
     gradient = options.inner_gradient
     long = long_segments(boundary, size)
@@ -101,9 +101,9 @@ def attempt(
         boundary = strip_boundary(boundary, core, size)
     points = np.concatenate([boundary.points, inner])
     if inner is lattice.points:
-        start = delaunay_around(points, boundary, outer, lattice.patch)
+        start = whole(delaunay_around(points, boundary, outer, lattice.patch), outline)
     else:
-        start = constrained_delaunay(points, boundary)
+        start = whole(constrained_delaunay(points, boundary), outline)
     if sizes is None and len(long):
         most = float(np.hypot(*(long[:, 1] - long[:, 0]).T).max())
         wanted = sizes_of(start, inner, at_fans)
@@ -115,6 +115,17 @@ def attempt(
         outcome = optimise(smooth(filled), outline.tracks, asked)
     outcome, longest = level(outcome, outline.tracks, asked)
     return shortened(outcome, outline.tracks, size, asked, sizes, along, longest), core
+
+
+def whole(start: Triangulation, outline: Outline) -> Triangulation:
+    """The same; raises ``GeometryError`` where a boundary segment is no edge of it: the optimiser relies on them."""
+    lost = start.unrecovered
+    if len(lost):
+        k = int(lost[0])
+        track, at = int(start.boundary.track[k]), start.boundary.points[start.boundary.segments[k, 0]]
+        edge = int(outline.edges[track]) if track >= 0 else None
+        raise GeometryError("the boundary crosses or touches itself", edge=edge, at=at)
+    return start
 
 
 def sizes_of(start: Triangulation, inner: Float, wanted: Float) -> Float:
@@ -282,7 +293,11 @@ class FaceMesher:
         for number in self._attempts():
             boundary = self.sizing.boundary(f, self.nodes)
             lone = self.points.get(f, NO_POINTS)
-            found = attempt(boundary, outline, self.sizes[f], self.options, number, inside, field, lone, along)
+            try:
+                found = attempt(boundary, outline, self.sizes[f], self.options, number, inside, field, lone, along)
+            except GeometryError as error:
+                error.face = f
+                raise
             if best is None or found[0].excess < best[0].excess:
                 best = found
             if best[0].excess == 0:
