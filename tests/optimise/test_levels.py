@@ -22,10 +22,10 @@ SQUARE = [polygon(np.array([(0, 0), (1, 0), (1, 1), (0, 1)]))]
 
 
 def scattered(seed, count=330):
-    """A square of random points, smoothed, without flaws, evened out; its tracks."""
+    """A square of random points, hardly smoothed, without flaws, evened out; its tracks."""
     made, tracks = boundary(SQUARE, 0.05)
     inside = 0.03 + 0.94 * np.random.default_rng(seed).random((count, 2))
-    start = smooth(constrained_delaunay(np.concatenate([made.points, inside]), made))
+    start = smooth(constrained_delaunay(np.concatenate([made.points, inside]), made), rounds=1)
     return even_out(optimise(start, tracks).triangulation, LIMITED), tracks
 
 
@@ -135,7 +135,7 @@ def test_nodes_of_the_boundary_on_no_segment_stay():
     )  # fmt: skip
     inside = 0.05 + 0.9 * np.random.default_rng(5).random((70, 2))
     options = OptimiseOptions(growth=1.3)
-    start = even_out(smooth(constrained_delaunay(np.concatenate([held.points, inside]), held)), options)
+    start = even_out(smooth(constrained_delaunay(np.concatenate([held.points, inside]), held), rounds=1), options)
     done = levelled(start, tracks, options)
     assert done is not start and validate(done) == ()
     np.testing.assert_array_equal(done.points[len(made.points) : len(made.points) + 2], lone)

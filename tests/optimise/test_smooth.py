@@ -14,6 +14,7 @@ from fubini.optimise import _kernels_smooth as kernels
 from fubini.quality import areas, aspect_ratios, flawed, growth_rates, skewness
 from fubini.triangulation.constrained import constrained_delaunay
 from fubini.triangulation.validate import validate
+from fubini.triangulation.value import FROZEN, LOCKED, Boundary, Triangulation
 from optimise.outlines import boundary, polygon
 
 CORNERS = np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)])
@@ -31,8 +32,7 @@ def test_random_points_become_a_good_mesh(seed):
     start = triangulated(0.05, 0.03 + 0.94 * rng.random((330, 2)))
     done = smooth(start, rounds=12)
     assert validate(done, delaunay=True) == ()
-    assert len(done.triangles) == len(start.triangles)
-    assert done.boundary is start.boundary
+    assert len(start.triangles) <= len(done.triangles) < 1.05 * len(start.triangles)
     n = len(start.boundary.points)
     np.testing.assert_array_equal(done.points[:n], start.points[:n])
     before, after = (t.points[t.triangles] for t in (start, done))
@@ -62,28 +62,32 @@ def hexagon(x, y):
 
 
 def smoothed(points, rounds):
-    """The centre after so many rounds, and the number of moves."""
+    """The centre after so many rounds, its neighbours held fast, and whether anything changed."""
     i = np.arange(6)
+    made = Boundary(
+        points[:6], np.full(6, FROZEN, np.uint8), np.ones(6), np.full(6, 120.0),
+        np.column_stack([i, np.roll(i, -1)]).astype(np.int32), np.full(6, -1, np.int32), np.zeros((6, 2)),
+        np.full(6, LOCKED, np.uint8),
+    )  # fmt: skip
     triangles = np.column_stack([np.full(6, 6), i, np.roll(i, -1)]).astype(np.int32)
     neighbours = np.column_stack([-1 - i, np.roll(i, -1), np.roll(i, 1)]).astype(np.int32)
-    at, degree, stack, ring = (np.empty(k, np.int32) for k in (7, 7, 64, 16))
-    scratch = at, degree, stack, np.zeros(7, np.uint8), np.zeros((6, 4)), ring, np.empty(16), np.empty(16)
-    moves = kernels.smooth(points, triangles, neighbours, 6, rounds, *scratch)
-    return points[6], moves
+    start = Triangulation(points, triangles, neighbours, made)
+    done = smooth(start, rounds=rounds)
+    return done.points[6], done is not start
 
 
 def test_the_centre_of_a_hexagon_is_found():
-    place, moves = smoothed(hexagon(0.3, -0.2), rounds=6)
-    assert moves > 1
-    np.testing.assert_allclose(place, 0.0, atol=1e-2)
-    place, moves = smoothed(hexagon(0.0, 0.0), rounds=6)
-    assert moves == 0
+    place, moved = smoothed(hexagon(0.3, -0.2), rounds=6)
+    assert moved
+    np.testing.assert_allclose(place, 0.0, atol=2e-2)
+    place, moved = smoothed(hexagon(0.0, 0.0), rounds=6)
+    assert not moved
     assert (place == 0.0).all()
 
 
 def test_a_node_on_the_wrong_side_stays():
-    place, moves = smoothed(hexagon(1.5, 0.0), rounds=1)
-    assert moves == 0
+    place, moved = smoothed(hexagon(1.5, 0.0), rounds=1)
+    assert not moved
     np.testing.assert_array_equal(place, (1.5, 0.0))
 
 
@@ -100,7 +104,7 @@ def test_only_what_is_not_good_moves_and_what_is_beside_it():
     n = len(start.boundary.points)
     deep = (inside > 6.0 * h).all(1) & (inside < 1.0 - 6.0 * h).all(1)
     done = smooth(start)
-    still = (done.points[n:] == inside).all(1)
+    still = (done.points[n:][: len(inside)] == inside).all(1)
     assert still[deep].all()
     assert (~still).sum() > 0.5 * n
     points = start.points.copy()
@@ -109,7 +113,7 @@ def test_only_what_is_not_good_moves_and_what_is_beside_it():
     mended = smooth(replace(start, points=points))
     assert np.hypot(*(mended.points[v] - start.points[v])) < 0.05 * h
     near = np.hypot(*(inside - inside[v - n]).T) < 4.0 * h
-    np.testing.assert_array_equal(mended.points[n:][deep & ~near], inside[deep & ~near])
+    np.testing.assert_array_equal(mended.points[n:][: len(inside)][deep & ~near], inside[deep & ~near])
 
 
 def test_a_scaled_square_gives_the_scaled_mesh():
@@ -126,19 +130,19 @@ def test_angles_of_the_region_at_its_nodes():
     made, _ = boundary([polygon(np.array([(0, 0), (2, 0), (2, 2), (1, 2), (1, 1), (0, 1)], float))], 0.5)
     start = constrained_delaunay(made.points, made)
     sides = np.zeros((len(made.points), 4))
-    degrees.boundary_angles.py_func(start.points, start.triangles, start.neighbours, sides)
+    degrees.boundary_angles.py_func(start.points, start.triangles, start.neighbours, len(start.triangles), sides)
     np.testing.assert_allclose(np.degrees(sides[:, 0]), made.angle, atol=1e-9)
     assert {90, 180, 270} == set(np.degrees(sides[:, 0]).round().astype(int).tolist())
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_flips_even_out_the_triangles_at_nodes(seed):
-    """Two rounds with such flips in between, and two rounds without."""
+def test_flips_and_splits_even_out_the_triangles_at_nodes(seed):
+    """Two rounds with such flips and splits in between, and two rounds without."""
     start = triangulated(0.05, 0.03 + 0.94 * np.random.default_rng(seed).random((330, 2)))
-    angle = np.full(len(start.points), 360.0)
-    angle[: len(start.boundary.points)] = start.boundary.angle
 
     def misfit(done):
+        angle = np.full(len(done.points), 360.0)
+        angle[: len(start.boundary.points)] = start.boundary.angle
         return np.abs(angle / np.bincount(done.triangles.ravel()) - 60.0).sum()
 
     apart, together = smooth(smooth(start, rounds=1), rounds=1), smooth(start, rounds=2)
@@ -154,22 +158,23 @@ def test_steps_lead_downhill_and_vanish_at_the_bottom(x, y):
     star = ring[:, 0].copy(), ring[:, 1].copy(), 6
 
     def step(x, y):
-        return kernels.downhill.py_func(*star, x, y)
+        total, gx, gy, hxx, hxy, hyy = kernels.slopes.py_func(*star, x, y)
+        return total, (gx, gy), np.linalg.solve([[hxx, hxy], [hxy, hyy]], (gx, gy))
 
     def cost(x, y):
         return kernels.star_cost.py_func(*star, x, y)
 
-    total, dx, dy, slope = step(x, y)
+    total, fall, _ = step(x, y)
     assert total == pytest.approx(cost(x, y), rel=1e-12)
     e = 1e-6
     gx = (cost(x + e, y) - cost(x - e, y)) / (2 * e)
     gy = (cost(x, y + e) - cost(x, y - e)) / (2 * e)
-    assert dx * gx + dy * gy == pytest.approx(-slope, rel=1e-6)
-    assert slope > 0.0
+    assert fall == pytest.approx((-gx, -gy), rel=1e-6)
     for _ in range(60):  # to the bottom by these steps alone, damped
-        _, dx, dy, slope = step(x, y)
+        _, fall, (dx, dy) = step(x, y)
+        assert fall[0] * dx + fall[1] * dy >= 0.0
         x, y = x + 0.5 * dx, y + 0.5 * dy
-    assert slope < 1e-12
+    assert np.hypot(*fall) < 1e-6
     here = cost(x, y)
     for k in range(8):
         assert cost(x + 1e-3 * math.cos(k), y + 1e-3 * math.sin(k)) > here
@@ -179,11 +184,11 @@ def test_steps_lead_downhill_and_vanish_at_the_bottom(x, y):
 def test_neighbours_are_evened_out(seed):
     rng = np.random.default_rng(seed)
     coarse = smooth(triangulated(0.05, 0.03 + 0.94 * rng.random((330, 2))))
-    done = even_out(coarse, OptimiseOptions(growth=1.5))
+    done = even_out(coarse, OptimiseOptions(growth=1.35))
     before, after = (growth_rates(t.points, t.triangles) for t in (coarse, done))
-    assert (before > 1.5).sum() > 2 * (after > 1.5).sum()
+    assert (before > 1.35).sum() > 2 * (after > 1.35).sum()
     assert after.max() <= before.max()
-    assert np.maximum(after - 1.5, 0.0).sum() < 0.5 * np.maximum(before - 1.5, 0.0).sum()
+    assert np.maximum(after - 1.35, 0.0).sum() < 0.5 * np.maximum(before - 1.35, 0.0).sum()
     assert validate(done) == ()
     np.testing.assert_array_equal(done.triangles, coarse.triangles)
     worst = [skewness(t.points[t.triangles]).min() for t in (coarse, done)]

@@ -1,9 +1,20 @@
-"""Flips that bring every node nearer to the number of triangles that suits the angle around it.
+r"""Flips and splits that bring every node nearer to the number of triangles that suits the angle around it.
 
 Where k triangles share an angle none of them can be better than the isosceles one of that angle over k; what it loses
 in skewness is about its distance from 60 degrees. A node on a straight edge wants three triangles: two make right
-angles, of skewness 63.4 degrees at most, wherever the nodes around move. Such a flip may make the triangles worse
-for now: nodes are smoothed afterwards, and an edge that is not Delaunay then is flipped back.
+angles, of skewness 63.4 degrees at most, wherever the nodes around move. What is made less is the sum of the
+squares of these distances. Flips and splits may make the triangles worse for now: nodes are smoothed afterwards,
+and an edge that is not Delaunay then is flipped back.
+
+A split gives node v and a node y one triangle more, where no flip does without taking one from nodes that need it:
+
+          y                     y
+        / | \                 / _ \         an interior node c between v and y becomes two, p on the left of the way
+       /  |  \               / / \ \        from v to y and c on its right, which share the triangles of c;
+      /   c   \      ->     / p---c \       (v, c, p) and (y, p, c) are new
+       \  |  /               \ \ / /
+        \ | /                 \   /
+          v                     v
 """
 
 from __future__ import annotations
@@ -11,14 +22,20 @@ from __future__ import annotations
 import math
 
 from fubini._jit import inner
-from fubini.triangulation._kernels_topology import flip
+from fubini.optimise._kernels_cavity import new_node
+from fubini.optimise._kernels_state import NODES, TRIANGLES
+from fubini.triangulation._kernels_topology import flip, replace_neighbour
 
 ROOT3 = math.sqrt(3.0)
-THIRD = math.pi / 3.0
-#: ``d`` (see ``_kernels_smooth``) above which edges of a triangle are looked at, and which no flip may exceed
-WORSE, OFF = 0.02, 0.5
-#: fall of the sum over the four nodes, in radians, from which on an edge is flipped
-GAIN = math.radians(10.0)
+THIRD, TURN = math.pi / 3.0, 2.0 * math.pi
+#: ``d`` (see ``_kernels_smooth``) above which edges of a triangle are looked at, and which no flip may exceed, no split
+WORSE, OFF, CROWDED = 0.02, 1.5, 0.4
+#: fall of the sum of squares, in squared radians, from which on an edge is flipped or a node split
+GAIN = 150.0 * math.radians(1.0) ** 2
+#: share of the angle at a node, for each of its triangles, above which the node is to get one more
+WIDE = math.radians(78.0)
+#: share of the way from v to y by which the halves of a node are put apart at first, and rounds of moving to the middle
+APART, TRIES = 0.15, 3
 
 
 @inner
@@ -33,9 +50,9 @@ def shape(points, a, b, c):
 
 
 @inner
-def boundary_angles(points, tri, nbr, sides):
+def boundary_angles(points, tri, nbr, m, sides):
     """Angle of the region at every boundary node v into sides[v, 0], from the segments that leave and reach it."""
-    for t in range(tri.shape[0]):
+    for t in range(m):
         for i in range(3):
             if nbr[t, i] < 0:
                 a, b = tri[t, i + 1 if i < 2 else 0], tri[t, i - 1 if i > 0 else 2]
@@ -44,36 +61,40 @@ def boundary_angles(points, tri, nbr, sides):
     for v in range(sides.shape[0]):
         ux, uy, wx, wy = sides[v, 0], sides[v, 1], sides[v, 2], sides[v, 3]
         angle = math.atan2(ux * wy - uy * wx, ux * wx + uy * wy)
-        sides[v, 0] = angle if angle > 0.0 else angle + 2.0 * math.pi
+        sides[v, 0] = angle if angle > 0.0 else angle + TURN
+
+
+@inner
+def angle_at(sides, v):
+    """Angle around node v."""
+    return sides[v, 0] if v < sides.shape[0] else TURN
 
 
 @inner
 def fall_at(sides, degree, v, change):
-    """How much nearer to 60 degrees the angles at node v come with ``change`` triangles more."""
-    k = degree[v]
+    """By how much the square at node v falls with ``change`` triangles more."""
+    k, angle = degree[v], angle_at(sides, v)
     if k + change < 1:
         return -math.inf
-    turn = sides[v, 0] if v < sides.shape[0] else 2.0 * math.pi
-    return abs(turn / k - THIRD) - abs(turn / (k + change) - THIRD)
+    return (angle / k - THIRD) ** 2 - (angle / (k + change) - THIRD) ** 2
 
 
 @inner
-def count_triangles(tri, degree):
+def count_triangles(tri, m, n, degree):
     """Number of triangles at every node."""
-    for v in range(degree.shape[0]):
+    for v in range(n):
         degree[v] = 0
-    for t in range(tri.shape[0]):
+    for t in range(m):
         for i in range(3):
             degree[tri[t, i]] += 1
 
 
 @inner
-def even_degrees(points, tri, nbr, at, degree, sides, awake):
+def flip_to_even(S, m, degree, sides, awake):
     """Flip the edges of not so good triangles where that suits the four nodes better, and wake them; flips made."""
+    points, tri, nbr, at = S.points, S.tri, S.nbr, S.tri_of
     flips = 0
-    count_triangles(tri, degree)
-    boundary_angles(points, tri, nbr, sides)
-    for t in range(tri.shape[0]):
+    for t in range(m):
         if shape(points, tri[t, 0], tri[t, 1], tri[t, 2]) < WORSE:
             continue
         for i in range(3):
@@ -94,3 +115,143 @@ def even_degrees(points, tri, nbr, at, degree, sides, awake):
                 awake[p] = awake[a] = awake[b] = awake[d] = 1
                 break
     return flips
+
+
+@inner
+def after(S, t, v):
+    """Local number of the corner after v in triangle t."""
+    return 1 + (S.tri[t, 1] == v) - (S.tri[t, 2] == v)
+
+
+@inner
+def load_star(S, W, t, c, v):
+    """Triangles around interior node c, beginning with (c, v, .), into W.fan, what lies opposite to their left sides
+    into W.ring; their number, or 0 where there are too many. t : any triangle of c.
+    """
+    k = 0
+    while S.tri[t, after(S, t, c)] != v and k < W.fan.shape[0]:
+        t = int(S.nbr[t, after(S, t, c)])
+        k += 1
+    first, k = t, 0
+    while k < W.fan.shape[0]:
+        i = after(S, t, c)
+        W.fan[k], W.ring[k] = t, S.tri[t, i]
+        k += 1
+        t = int(S.nbr[t, i])
+        if t == first:
+            return k
+    return 0
+
+
+@inner
+def best_split(S, W, degree, sides, v):
+    """The split that gives node v a triangle and lessens the sum most: (node, place of y in its ring); -1 for none."""
+    best, node, place = GAIN, -1, -1
+    wide = fall_at(sides, degree, v, 1)
+    first = t = int(S.tri_of[v])
+    for way in range(2):  # on a boundary the turn ends at a segment: then the other way
+        while t >= 0:
+            i = after(S, t, v)
+            c = int(S.tri[t, i])
+            k = load_star(S, W, t, c, v) if c >= sides.shape[0] else 0
+            for j in range(2, k - 1):
+                fall = wide + fall_at(sides, degree, W.ring[j], 1) + (TURN / k - THIRD) ** 2
+                fall -= (TURN / (j + 2) - THIRD) ** 2 + (TURN / (k - j + 2) - THIRD) ** 2
+                if fall > best:
+                    best, node, place = fall, c, j
+            t = int(S.nbr[t, i] if way == 0 else S.nbr[t, i + 1 if i < 2 else 0])
+            if t == first:
+                return node, place
+        t = first
+    return node, place
+
+
+@inner
+def place_halves(S, W, k, j, c, p):
+    """Put the halves of node c, whose star of k triangles is loaded and cut at place j, in the middle of their rings.
+
+    The worst ``d`` of the triangles around them; where it is too much, c is to go back.
+    """
+    points, v, y = S.points, W.ring[0], W.ring[j]
+    dx, dy = APART * (points[y, 0] - points[v, 0]), APART * (points[y, 1] - points[v, 1])
+    points[p, 0], points[p, 1] = points[c, 0] - dy, points[c, 1] + dx
+    points[c, 0], points[c, 1] = points[c, 0] + dy, points[c, 1] - dx
+    for _ in range(TRIES):
+        sx, sy, tx, ty = points[c, 0], points[c, 1], points[p, 0], points[p, 1]
+        for q in range(k):
+            a = W.ring[q]
+            if q >= j or q == 0:
+                sx, sy = sx + points[a, 0], sy + points[a, 1]
+            if q <= j:
+                tx, ty = tx + points[a, 0], ty + points[a, 1]
+        points[p, 0], points[p, 1] = sx / (k - j + 2), sy / (k - j + 2)
+        points[c, 0], points[c, 1] = tx / (j + 2), ty / (j + 2)
+    worst = max(shape(points, v, c, p), shape(points, y, p, c))
+    for q in range(k):
+        worst = max(worst, shape(points, c if q < j else p, W.ring[q], W.ring[q + 1 if q + 1 < k else 0]))
+    return worst
+
+
+@inner
+def split(S, W, k, j, c, p):
+    """Cut the loaded star of node c at place j of its ring and hand the triangles on the left to node p."""
+    tri, nbr, at = S.tri, S.nbr, S.tri_of
+    t1 = S.counts[TRIANGLES]
+    t2 = t1 + 1
+    S.counts[TRIANGLES] += 2
+    v, y, last = W.ring[0], W.ring[j], W.fan[k - 1]
+    for q in range(j, k):
+        t = W.fan[q]
+        tri[t, 0 if tri[t, 0] == c else (1 if tri[t, 1] == c else 2)] = p
+    tri[t1, 0], tri[t1, 1], tri[t1, 2] = v, c, p
+    tri[t2, 0], tri[t2, 1], tri[t2, 2] = y, p, c
+    nbr[t1, 0], nbr[t1, 1], nbr[t1, 2] = t2, last, W.fan[0]
+    nbr[t2, 0], nbr[t2, 1], nbr[t2, 2] = t1, W.fan[j - 1], W.fan[j]
+    replace_neighbour(nbr, W.fan[0], last, t1)
+    replace_neighbour(nbr, last, W.fan[0], t1)
+    replace_neighbour(nbr, W.fan[j - 1], W.fan[j], t2)
+    replace_neighbour(nbr, W.fan[j], W.fan[j - 1], t2)
+    at[v], at[y], at[c], at[p] = t1, t2, t2, t2
+
+
+@inner
+def split_to_even(S, W, n, degree, sides, awake):
+    """Split a neighbour of every node with too few triangles where that suits all better, and wake what is there.
+
+    The number of splits. New nodes are interior.
+    """
+    number = 0
+    for v in range(n):
+        if degree[v] < 2 or angle_at(sides, v) <= WIDE * degree[v]:
+            continue
+        p = S.counts[NODES]
+        if p >= degree.shape[0] or S.counts[TRIANGLES] + 2 > S.tri.shape[0]:
+            break
+        c, j = best_split(S, W, degree, sides, v)
+        if c < 0:
+            continue
+        k = load_star(S, W, int(S.tri_of[c]), c, v)
+        x, y = S.points[c, 0], S.points[c, 1]
+        if place_halves(S, W, k, j, c, p) > CROWDED:
+            S.points[c, 0], S.points[c, 1] = x, y
+            continue
+        new_node(S, S.points[p, 0], S.points[p, 1], 0, S.size[c])
+        split(S, W, k, j, c, p)
+        degree[v] += 1
+        degree[W.ring[j]] += 1
+        degree[c], degree[p] = j + 2, k - j + 2
+        awake[c] = awake[p] = 1
+        for q in range(k):
+            awake[W.ring[q]] = 1
+        number += 1
+    return number
+
+
+@inner
+def even_degrees(S, W, degree, sides, awake):
+    """Flips, then splits, each of which lessens the sum of squares; their number."""
+    n, m = S.counts[NODES], S.counts[TRIANGLES]
+    count_triangles(S.tri, m, n, degree)
+    boundary_angles(S.points, S.tri, S.nbr, m, sides)
+    flips = flip_to_even(S, m, degree, sides, awake)
+    return flips + split_to_even(S, W, n, degree, sides, awake)

@@ -7,6 +7,7 @@ import math
 from fubini._jit import inner, kernel
 from fubini._reference import by_reference
 from fubini.optimise._kernels_moves import CLASSES, LEVELS, mend, patch_nodes
+from fubini.optimise._kernels_polish import polish
 from fubini.optimise._kernels_quality import covers_corner, is_flawed, triangle_cost, triangle_quality
 from fubini.optimise._kernels_state import (
     AFTER,
@@ -14,7 +15,6 @@ from fubini.optimise._kernels_state import (
     BEFORE,
     BUDGET,
     EXCESS,
-    FLOOR,
     HARD,
     KICK,
     LEVEL,
@@ -26,7 +26,6 @@ from fubini.optimise._kernels_state import (
     SEGMENTS,
     SOFT,
     TRIANGLES,
-    WEIGHT,
 )
 
 #: a move is made when the cost falls by more than this
@@ -249,25 +248,14 @@ def survey(S, bound):
 
 
 @inner
-def polish(S, W, goals, share):
-    """Raise the triangles S.low to each goal in turn by flips and shifts; none falls below the goal before again.
-
-    At most ``share`` times 4000 attempts, and 200 for the square root of the number of triangles; an equal part of them
-    for each goal. Needs room for no more than one move.
-    """
-    effort = share * (4000.0 + 200.0 * math.sqrt(S.counts[TRIANGLES]))
-    spent, budget = S.counts[ATTEMPTS], S.counts[BUDGET]
-    soft, weight, floor = S.rule[SOFT], S.rule[WEIGHT], S.rule[FLOOR]
-    for i in range(goals.shape[0]):
-        S.rule[FLOOR] = soft if i == 0 else goals[i - 1]
-        S.rule[SOFT], S.rule[WEIGHT] = goals[i], 1.0 / (1.0 - goals[i])
-        S.counts[BUDGET] = spent + int(effort * (i + 1) / goals.shape[0])
-        S.counts[QUEUED] = 0
-        for q in range(S.counts[LOW]):
-            keep(S, S.low[q])
-        run(S, W, MEND, 0)
-    S.rule[SOFT], S.rule[WEIGHT], S.rule[FLOOR] = soft, weight, floor
-    S.counts[ATTEMPTS], S.counts[BUDGET] = spent, budget
+def find_low(S, bound):
+    """Note the triangles below ``bound`` in S.low."""
+    n = 0
+    for t in range(S.counts[TRIANGLES]):
+        if S.tri[t, 0] >= 0 and triangle_quality(S, t) < bound:
+            S.low[n] = t
+            n += 1
+    S.counts[LOW] = n
 
 
 @inner
@@ -283,30 +271,31 @@ def judge(S):
 
 
 @kernel
-def drive(S, W, task, top, goals, share):
+def drive(S, W, task, top, goal, share):
     """The steps of the optimiser, in one kernel since all of them make moves. Returns (status, total cost).
 
     task : MEND, COUNT, RELAX, DISTURB as ``run`` does them. WHOLE: survey, mend and, where that leaves nothing to
     search for (the status is not STUCK), polish and judge. POLISH: polish and judge alone. Call again after FULL,
-    with larger arrays and MEND for the rest of a WHOLE. ``goals`` : ascending values of f, for WHOLE and POLISH;
+    with larger arrays and MEND for the rest of a WHOLE. ``goal`` : tangent of the skewness to polish to, 0 for none;
     ``share`` : of the effort spent on polishing.
     """
     S, W = by_reference(S), by_reference(W)
-    status, total = DONE, 0.0
+    status, total, bound = DONE, 0.0, max(S.rule[SOFT], (goal - 1.0) / (goal + 1.0))
     if task == WHOLE:
-        bound = goals[goals.shape[0] - 1] if goals.shape[0] > 0 else S.rule[SOFT]
         if survey(S, bound) == 0:
             S.counts[LOW] = 0
             judge(S)
             return DONE, 0.0
         if S.counts[BUDGET] < 0:
             S.counts[BUDGET] = 50000 + 4000 * S.counts[QUEUED]
-    if task < WHOLE or (task == WHOLE and S.counts[QUEUED] > 0):
+    known = task == WHOLE and S.counts[QUEUED] == 0
+    if task < WHOLE or (task == WHOLE and not known):
         status, total = run(S, W, MEND if task == WHOLE else task, top)
     if task < WHOLE or status == STUCK or status == FULL:
         return status, total
-    if not room(S):
-        return FULL, total
-    polish(S, W, goals, share)
+    if goal > 0.0:
+        if not known:
+            find_low(S, bound)
+        polish(S, W, goal, int(share * (4000.0 + 200.0 * math.sqrt(S.counts[TRIANGLES]))))
     judge(S)
     return status, total

@@ -9,10 +9,9 @@ from __future__ import annotations
 import math
 
 from fubini._jit import inner
-from fubini.optimise._kernels_state import AR, BOUND, FLOOR, SOFT, WAIVED, WEIGHT
+from fubini.optimise._kernels_state import AR, SOFT, WAIVED, WEIGHT
 
 INVERTED = 1000.0
-BELOW_FLOOR, BELOW_BOUND = 50.0, 1e9
 
 
 @inner
@@ -46,22 +45,14 @@ def cost_of(f, rule):
     """Cost of a triangle of quality f: 0 best; at least 1 when flawed; 1000 and more when inverted.
 
     Valid triangles weigh little, so that mending one flawed triangle is worth spoiling its
-    neighbours within the bound; among valid ones the fourth power lets the worst count most. While valid
-    triangles are improved, ``rule[SOFT]`` is the goal and ``rule[FLOOR]`` what was reached before; no move may undo
-    that, let alone break the bound ``rule[BOUND]``; below the floor the eighth power keeps the worst from falling.
+    neighbours within the bound; among valid ones the eighth power lets the worst count most.
     """
     r = (1.0 - f) * rule[WEIGHT]
     if f >= rule[SOFT]:
         r *= r
         r *= r
         return 0.02 * r * r
-    if f >= rule[FLOOR]:
-        return 4.0 * r - 3.0 if f >= -1.0 else INVERTED - f
-    if f < rule[BOUND]:
-        return BELOW_BOUND - f
-    r *= r
-    r *= r
-    return BELOW_FLOOR * r * r
+    return 4.0 * r - 3.0 if f >= -1.0 else INVERTED - f
 
 
 @inner

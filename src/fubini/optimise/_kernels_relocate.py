@@ -9,8 +9,11 @@ from fubini.optimise._kernels_cavity import enqueue, local, star
 from fubini.optimise._kernels_fill import EIGHTH, TURN_X, TURN_Y, best_point, climb, lowest, star_cost
 from fubini.optimise._kernels_quality import cost_of, filled_corner_cost, quality
 from fubini.optimise._kernels_region import region_point
-from fubini.optimise._kernels_state import ATTEMPTS, FLOOR, RELOCATION, SLIDE, SOFT
+from fubini.optimise._kernels_state import ATTEMPTS, RELOCATION, SLIDE, SOFT
 from fubini.tracks._kernels import evaluate_one
+
+#: value of f at which a climb ends
+GOAL = 0.3
 
 
 @inner
@@ -52,19 +55,18 @@ def valid_place(W, k, mean, rule):
     """A place of large lowest f for the node of the loaded closed ring: (x, y, lowest f).
 
     Uphill from where it is, then from the ring's middle, then from a point of the valid region in closed
-    form (method.md, section 5), whose emptiness settles the matter; not where valid triangles are improved.
+    form (method.md, section 5), whose emptiness settles the matter.
     """
-    goal = 0.3 if rule[FLOOR] < -1.0 else 0.45
-    x, y, low = climb(W.rx, W.ry, k, 0.0, 0.0, 0.3 * mean, goal, rule)
+    x, y, low = climb(W.rx, W.ry, k, 0.0, 0.0, 0.3 * mean, GOAL, rule)
     if low < rule[SOFT]:
-        u, w, f = best_point(W.rx, W.ry, k, goal, rule)
+        u, w, f = best_point(W.rx, W.ry, k, GOAL, rule)
         if f > low:
             x, y, low = u, w, f
-    if low < rule[SOFT] and k <= 9 and rule[FLOOR] < -1.0:
+    if low < rule[SOFT] and k <= 9:
         tau = (1.0 + rule[SOFT]) / (1.0 - rule[SOFT])
         found, u, w = region_point(W.rx, W.ry, k, tau, W.circles)
         if found:
-            x, y, low = climb(W.rx, W.ry, k, u, w, 0.1 * mean, 0.3, rule)
+            x, y, low = climb(W.rx, W.ry, k, u, w, 0.1 * mean, GOAL, rule)
     return x, y, low
 
 
@@ -89,7 +91,7 @@ def relocate(S, W, v, fall, soft):
         cost, fall = star_cost(W.rx, W.ry, k, x, y, rule, old), -1e-9
     else:
         x, y, low = valid_place(W, k, mean, rule)
-        if low >= rule[SOFT] or rule[FLOOR] > -1.0:
+        if low >= rule[SOFT]:
             cost = star_cost(W.rx, W.ry, k, x, y, rule, old - fall)
         else:
             x, y, cost = cheapest(W, k, x, y, 0.2 * mean, rule)

@@ -1,4 +1,6 @@
-"""Smoothing: interior nodes move to where the triangles around them are nearest to equilateral.
+"""Smoothing: nodes move to where the triangles around them are nearest to equilateral.
+
+Interior nodes move freely, nodes of the boundary along their curve (``_kernels_slide``).
 
 The shape of a triangle is ``r = (a^2 + b^2 + c^2) / (4 sqrt(3) A)``, 1 for the equilateral one and infinite at no
 area. With ``d = r - 1`` its cost is ``sqrt(d + NEAR) + FAR d^4``: the root grows like the loss of skewness, so
@@ -14,7 +16,10 @@ from __future__ import annotations
 import math
 
 from fubini._jit import inner, kernel
+from fubini._reference import by_reference
 from fubini.optimise._kernels_degrees import even_degrees
+from fubini.optimise._kernels_slide import load_fan, may_slide, newton_along, place_along, put_along
+from fubini.optimise._kernels_state import NODES, TRIANGLES
 from fubini.triangulation._kernels_topology import edge_is_illegal, flip
 
 ROOT3 = math.sqrt(3.0)
@@ -24,7 +29,7 @@ LEAST = math.sqrt(NEAR)
 #: ``d`` above which a triangle has its nodes looked at, and above which its cost is convex in ``d``
 FROM, CONVEX = 3e-4, 0.0765
 #: falls of the cost: less is no reason to move, more has the nodes around looked at again
-FALL, GAIN = 2e-4, 2e-3
+FALL, GAIN = 1e-3, 1e-2
 #: attempts to shorten a step that does not pay, and by what
 SHORTER, STEPS = 0.4, 4
 #: sweeps over all nodes before edges are flipped
@@ -34,10 +39,10 @@ ACUTE = 1e-12
 
 
 @inner
-def survey(points, tri, fixed, at, awake):
-    """One triangle of every node into ``at``; mark the nodes of triangles that are not good; whether any is inside."""
+def survey(points, tri, m, at, awake):
+    """One triangle of every node into ``at``; mark the nodes of triangles that are not good; whether there are any."""
     found = False
-    for t in range(tri.shape[0]):
+    for t in range(m):
         a, b, c = tri[t, 0], tri[t, 1], tri[t, 2]
         at[a] = at[b] = at[c] = t
         x, y = points[a, 0], points[a, 1]
@@ -45,7 +50,7 @@ def survey(points, tri, fixed, at, awake):
         sides = ux * ux + uy * uy + vx * vx + vy * vy - (ux * vx + uy * vy)
         if sides > (1.0 + FROM) * ROOT3 * (ux * vy - uy * vx):
             awake[a] = awake[b] = awake[c] = 1
-            found = found or a >= fixed or b >= fixed or c >= fixed
+            found = True
     return found
 
 
@@ -92,10 +97,10 @@ def star_cost(rx, ry, k, x, y):
 
 
 @inner
-def downhill(rx, ry, k, x, y):
-    """Cost at (x, y) and a step towards its least value: (cost, dx, dy, slope), slope the fall to expect twice over.
+def slopes(rx, ry, k, x, y):
+    """Cost at (x, y), minus its derivatives and what serves as its second: (cost, gx, gy, hxx, hxy, hyy).
 
-    After Newton, with what is not convex left out of the second derivatives and what depends on the areas.
+    The second are positive: what is not convex is left out, and what depends on the areas.
     """
     total = gx = gy = h = hxx = hxy = hyy = 0.0
     cx, cy = rx[0] - x, ry[0] - y
@@ -105,7 +110,7 @@ def downhill(rx, ry, k, x, y):
         nx, ny = by - cy, cx - bx
         area = ROOT3 * (bx * cy - by * cx)
         if area <= 0.0:
-            return math.inf, 0.0, 0.0, 0.0
+            return math.inf, 0.0, 0.0, 1.0, 0.0, 1.0
         ux, uy = 0.5 * (bx + cx) + HEIGHT * nx, 0.5 * (by + cy) + HEIGHT * ny
         # one division for 1 / area and 1 / (d + NEAR)
         off = ux * ux + uy * uy
@@ -127,11 +132,16 @@ def downhill(rx, ry, k, x, y):
             hxx += bend * sx * sx
             hxy += bend * sx * sy
             hyy += bend * sy * sy
-    hxx += h
-    hyy += h
+    return total - k * LEAST, gx, gy, hxx + h, hxy, hyy + h
+
+
+@inner
+def downhill(rx, ry, k, x, y):
+    """Cost at (x, y) and Newton's step to its least value: (cost, dx, dy, slope), slope the fall to expect twice."""
+    cost, gx, gy, hxx, hxy, hyy = slopes(rx, ry, k, x, y)
     share = 1.0 / (hxx * hyy - hxy * hxy)
     dx, dy = share * (gx * hyy - gy * hxy), share * (gy * hxx - gx * hxy)
-    return total - k * LEAST, dx, dy, gx * dx + gy * dy
+    return cost, dx, dy, gx * dx + gy * dy
 
 
 @inner
@@ -151,10 +161,10 @@ def move(points, v, rx, ry, k):
 
 
 @inner
-def smooth_sweep(points, tri, nbr, fixed, at, awake, ring, rx, ry):
+def smooth_sweep(points, tri, nbr, n, fixed, at, awake, ring, rx, ry):
     """Look at every interior node that is awake; the number moved."""
     moved = 0
-    for v in range(fixed, points.shape[0]):
+    for v in range(fixed, n):
         if awake[v] == 0:
             continue
         awake[v] = 0
@@ -166,6 +176,47 @@ def smooth_sweep(points, tri, nbr, fixed, at, awake, ring, rx, ry):
                 awake[v] = 1
                 for q in range(k):
                     awake[ring[q]] = 1
+    return moved
+
+
+@inner
+def slide(S, W, v):
+    """Move boundary node v along its curve where that lowers the cost around it: (fall, k), k as of ``load_fan``.
+
+    Not the legs of a sharp corner.
+    """
+    k, r, s = load_fan(S, W, v)
+    if k == 0 or not may_slide(S, r, s) or S.sharp[W.ring[0]] + S.sharp[W.ring[k]] > 0:
+        return 0.0, k
+    cost, gx, gy, hxx, hxy, hyy = slopes(W.rx, W.ry, k, 0.0, 0.0)
+    step, slope = newton_along(S, W, k, r, s, (gx, gy, hxx, hxy, hyy))
+    if slope < 2.0 * FALL:
+        return 0.0, k
+    for _ in range(STEPS):
+        may, t, x, y = place_along(S, W, v, k, r, s, step)
+        fall = cost - star_cost(W.rx, W.ry, k, x - S.points[v, 0], y - S.points[v, 1]) if may else 0.0
+        if fall > FALL:
+            put_along(S, v, r, s, t, x, y)
+            return fall, k
+        step *= SHORTER
+    return 0.0, k
+
+
+@inner
+def slide_sweep(S, W, fixed, awake):
+    """Look at every node of the boundary that is awake and may slide; the number moved."""
+    moved = 0
+    for v in range(fixed):
+        if awake[v] == 0 or S.kind[v] != 1:
+            continue
+        awake[v] = 0
+        fall, k = slide(S, W, v)
+        if fall > 0.0:
+            moved += 1
+            if fall > GAIN:
+                awake[v] = 1
+                for q in range(k + 1):
+                    awake[W.ring[q]] = 1
     return moved
 
 
@@ -189,13 +240,13 @@ def flip_from(points, tri, nbr, at, awake, stack, s):
 
 
 @inner
-def flip_all(points, tri, nbr, at, awake, stack):
+def flip_all(points, tri, nbr, m, at, awake, stack):
     """Make all edges Delaunay; flips made.
 
     An edge is Delaunay where the two angles across it are acute: only those across from other angles are tested.
     """
     flips = 0
-    for t in range(tri.shape[0]):
+    for t in range(m):
         a, b, c = tri[t, 0], tri[t, 1], tri[t, 2]
         x, y = points[a, 0], points[a, 1]
         ux, uy, vx, vy = points[b, 0] - x, points[b, 1] - y, points[c, 0] - x, points[c, 1] - y
@@ -206,23 +257,27 @@ def flip_all(points, tri, nbr, at, awake, stack):
 
 
 @kernel
-def smooth(points, tri, nbr, fixed, rounds, at, degree, stack, awake, sides, ring, rx, ry):
-    """Move the nodes from ``fixed`` on and flip edges to be Delaunay again, ``rounds`` times; moves and flips made.
+def smooth(S, W, fixed, rounds, degree, awake, sides):
+    """Move nodes and flip edges to be Delaunay again, ``rounds`` times; moves, flips and splits made.
 
-    Between the first two rounds flips also even out the number of triangles at nodes (``even_degrees``).
-    points (n, 2), tri and nbr (m, 3) are changed in place. awake (n,) uint8, sides (fixed, 4) : zeros. Scratch: at,
-    degree (n,), stack (any,) int32; ring (j,) int32, rx, ry (j,), where nodes with j neighbours and more stay.
+    The first ``fixed`` nodes lie on the boundary and move from the second round on. Between the first two rounds flips
+    and splits even out the number of triangles at nodes (``even_degrees``). Nothing may have been removed.
+    awake (N,) uint8, sides (fixed, 4) : zeros. Scratch: degree (N,) int32, for N nodes at most.
     """
+    S, W = by_reference(S), by_reference(W)
+    points, tri, nbr, at = S.points, S.tri, S.nbr, S.tri_of
     total = 0
-    if not survey(points, tri, fixed, at, awake):
+    if not survey(points, tri, S.counts[TRIANGLES], at, awake):
         return 0
     for turn in range(rounds):
         done = 0
         for _ in range(SWEEPS):
-            done += smooth_sweep(points, tri, nbr, fixed, at, awake, ring, rx, ry)
+            done += smooth_sweep(points, tri, nbr, S.counts[NODES], fixed, at, awake, W.ring, W.rx, W.ry)
+            if turn > 0:
+                done += slide_sweep(S, W, fixed, awake)
         if done == 0:
             break
-        total += done + flip_all(points, tri, nbr, at, awake, stack)
+        total += done + flip_all(points, tri, nbr, S.counts[TRIANGLES], at, awake, S.stack)
         if turn == 0 and rounds > 1:
-            total += even_degrees(points, tri, nbr, at, degree, sides, awake)
+            total += even_degrees(S, W, degree, sides, awake)
     return total

@@ -32,7 +32,7 @@ MOVES = (
 RELOCATION, SLIDE, FLIP, INSERTION, DELETION, SPLIT, REMOVAL, COLLAPSE, PATCH, KICK, REFINEMENT = range(16, 27)
 
 # entries of State.rule
-SOFT, HARD, AR, WEIGHT, SAG, STRETCH, FLOOR, WAIVED, BOUND = 0, 1, 2, 3, 4, 5, 6, 7, 8
+SOFT, HARD, AR, WEIGHT, SAG, STRETCH, WAIVED = range(7)
 
 REMOVED = 255
 #: largest polygon of a cavity; larger ones are refused
@@ -49,12 +49,14 @@ class State(NamedTuple):
     tri (M, 3), nbr (M, 3) int32 : as in ``Triangulation``; ``tri[t, 0] = -1``: removed.
     free (M,) int32 : numbers of removed triangles, ``counts[FREED]`` of them.
     queue, todo (2 M,) int32, key (2 M,) : triangles that a move left flawed, ``counts[QUEUED]`` of them; their order.
+        In polishing, nodes that wait.
     stack (M,) int32 : triangles to make Delaunay.
     mark (M,) int32 : stamps of the cavity at hand.
     low (M,) int32 : triangles to be raised, and in the end the flawed ones.
     moved (N,), tried (M,) int32 : attempt that last changed the triangles at a node, that last failed on a triangle.
+        In polishing, moved is -1 where a node waits.
     track (K,) int32, t (K, 2), mode (K,) uint8 : of the segments; mode 255: removed.
-    counts (32,) int64, rule (9,) float64 : see the names above.
+    counts (32,) int64, rule (7,) float64 : see the names above.
     track_kinds, track_offsets, track_data : the tracks.
     """
 

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import functools
 import math
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from fubini.optimise._kernels_state import (
     AFTER,
@@ -29,8 +27,8 @@ from fubini.optimise.state import build_state, copy_of, extend_state, prepare_st
 from fubini.tracks import Tracks
 from fubini.triangulation.value import Triangulation
 
-#: skewness in degrees that valid triangles are raised to, in turn; at 56 the aspect ratio is below 1.5
-IMPROVED_SKEW = (49.0, 52.0, 55.0, 58.0, 61.0, 63.0)
+#: skewness in degrees that valid triangles are raised to where nothing is in the way
+IMPROVED_SKEW = 66.0
 
 #: flaws that are searched for before refinement, and rounds of refinement and search
 FEW, ROUNDS = 6, 4
@@ -92,19 +90,18 @@ def _finish(
     )
 
 
-@functools.lru_cache(maxsize=16)
-def improvement_goals(options: OptimiseOptions) -> NDArray[np.float64]:
-    """Values of f to reach in turn once the bound is met: skewness 49 to 63 degrees, as far as above the bound."""
-    above = options.min_skew + 1.0 if options.improve > 0.0 else 90.0
-    return np.array([math.tan(math.radians(s - 45.0)) for s in IMPROVED_SKEW if s > above])
+def improvement_goal(options: OptimiseOptions) -> float:
+    """Tangent of the skewness to reach once the bound is met; 0 where no improvement is asked for or it lies below."""
+    wanted = options.improve > 0.0 and options.min_skew < IMPROVED_SKEW
+    return math.tan(math.radians(IMPROVED_SKEW)) if wanted else 0.0
 
 
 def run(state: State, scratch: Work, options: OptimiseOptions) -> State:
     """Descend, search with kicks, refine and search again, polish; the state may move to larger arrays."""
     from fubini.optimise._kernels_loop import FULL, POLISH, STUCK, WHOLE, drive
 
-    goals = improvement_goals(options)
-    status, _ = drive(state, scratch, WHOLE, 2, goals, options.improve)
+    goal = improvement_goal(options)
+    status, _ = drive(state, scratch, WHOLE, 2, goal, options.improve)
     if status not in (FULL, STUCK):
         return state
     if status == FULL:
@@ -117,8 +114,7 @@ def run(state: State, scratch: Work, options: OptimiseOptions) -> State:
         state, status = refine_flaws(state, scratch)
         if status == STUCK:
             state, status = search(state, scratch, 24, 12)
-    while drive(state, scratch, POLISH, 0, goals, options.improve)[0] == FULL:
-        state = extend_state(state, len(state.points))
+    drive(state, scratch, POLISH, 0, goal, options.improve)
     return state
 
 
@@ -126,7 +122,7 @@ def step(state: State, scratch: Work, task: int) -> tuple[int, float]:
     """One step of the search: (status, total cost)."""
     from fubini.optimise._kernels_loop import drive
 
-    status, cost = drive(state, scratch, task, 2, np.empty(0), 0.0)
+    status, cost = drive(state, scratch, task, 2, 0.0, 0.0)
     return status, cost
 
 

@@ -1,4 +1,4 @@
-"""``smooth``: interior nodes moved and edges flipped until triangles are as near to equilateral as can be.
+"""``smooth``: nodes moved and edges flipped until triangles are as near to equilateral as can be.
 
 ``even_out``: neighbouring triangles of about the same size.
 """
@@ -12,49 +12,44 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fubini.optimise._kernels_state import NODES, TRIANGLES, State
+from fubini.optimise._kernels_state import State
 from fubini.optimise.options import OptimiseOptions, implied_aspect_ratio
+from fubini.optimise.state import build_state, prepare_state, read_state, scratch_space
+from fubini.tracks import Tracks
 from fubini.triangulation.value import Triangulation
 
 #: Rounds of sweeps and flips.
 ROUNDS = 3
-#: Nodes with as many neighbours stay.
-RING = 128
+#: Room for nodes that are split.
+SPARE = 500
 #: Skewness (degrees) below which evening out brings no triangle, in each of its rounds.
 KEPT_SKEW = (64.0, 62.0, 60.0, 58.0, 55.0, 50.0)
 
 
-def smooth(triangulation: Triangulation, rounds: int = ROUNDS) -> Triangulation:
-    """Raise the mean quality: interior nodes move, and edges are flipped to be Delaunay again.
+def smooth(triangulation: Triangulation, tracks: Tracks | None = None, rounds: int = ROUNDS) -> Triangulation:
+    """Raise the mean quality: nodes move, edges are flipped to be Delaunay again, few nodes are split in two.
 
     A node moves only where the cost of the triangles around it falls (see ``_kernels_smooth``), so that none turns
-    upside down. Boundary nodes stay. The work is in proportion to the number of triangles.
+    upside down; a node on the boundary only along its curve, where its segments belong to this face alone, and not at
+    all without ``tracks``. Splits give a triangle more to nodes that have too few for their angle (see
+    ``_kernels_degrees``). The work is in proportion to the number of triangles.
     """
-    points = np.array(triangulation.points)
-    triangles = np.array(triangulation.triangles, np.int32)
-    neighbours = np.array(triangulation.neighbours, np.int32)
-    if not _smooth(points, triangles, neighbours, len(triangulation.boundary.points), rounds):
+    none = Tracks(np.empty(0, np.int32), np.empty(0, np.int32), np.empty(0))
+    boundary, options = triangulation.boundary, OptimiseOptions(allow_splits=tracks is not None)
+    state = build_state(triangulation, none if tracks is None else tracks, options, SPARE)
+    prepare_state(state, boundary.size, boundary, options.min_skew)
+    if not smooth_state(state, len(boundary.points), rounds):
         return triangulation
-    return replace(triangulation, points=points, triangles=triangles, neighbours=neighbours)
+    return read_state(state, triangulation)[0]
 
 
-def smooth_state(state: State, fixed: int) -> int:
-    """The same on a state of which nothing was removed, its first ``fixed`` nodes on the boundary; moves made."""
-    n, m = int(state.counts[NODES]), int(state.counts[TRIANGLES])
-    return _smooth(state.points[:n], state.tri[:m], state.nbr[:m], fixed, ROUNDS)
+def smooth_state(state: State, fixed: int, rounds: int = ROUNDS) -> int:
+    """The same on a state of which nothing was removed, its first ``fixed`` nodes on the boundary; changes made."""
+    from fubini.optimise._kernels_smooth import smooth
 
-
-def _smooth(
-    points: NDArray[np.float64], tri: NDArray[np.int32], nbr: NDArray[np.int32], fixed: int, rounds: int
-) -> int:
-    from fubini.optimise import _kernels_smooth as kernels
-
-    n, m = len(points), len(tri)
-    if fixed == n:
-        return 0
-    at, degree, stack, ring = (np.empty(k, np.int32) for k in (n, n, m + 64, RING))
-    scratch = at, degree, stack, np.zeros(n, np.uint8), np.zeros((fixed, 4)), ring, np.empty(RING), np.empty(RING)
-    return int(kernels.smooth(points, tri, nbr, fixed, rounds, *scratch))
+    n = len(state.points)
+    scratch = np.empty(n, np.int32), np.zeros(n, np.uint8), np.zeros((fixed, 4))
+    return int(smooth(state, scratch_space(), fixed, rounds, *scratch))
 
 
 def even_out(triangulation: Triangulation, options: OptimiseOptions) -> Triangulation:

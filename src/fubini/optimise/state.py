@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 from fubini.optimise._kernels_state import (
     AR,
     ATTEMPTS,
-    BOUND,
-    FLOOR,
     HARD,
     LOW,
     NODES,
@@ -47,12 +45,11 @@ ACUTE = 50.0
 @functools.lru_cache(maxsize=16)
 def rule_of(options: OptimiseOptions) -> NDArray[np.float64]:
     """The numbers that kernels judge triangles by (``State.rule``, which takes a copy)."""
-    rule = np.zeros(9)
+    rule = np.zeros(7)
     hard = math.tan(math.radians(options.min_skew - 45.0))
     rule[HARD] = hard + 1e-9
-    rule[SOFT] = rule[BOUND] = hard + MARGIN
+    rule[SOFT] = hard + MARGIN
     rule[WEIGHT] = 1.0 / (1.0 - rule[SOFT])
-    rule[FLOOR] = -9.0
     rule[WAIVED] = 0.95 * MARGIN
     if options.max_aspect_ratio <= implied_aspect_ratio(options.min_skew):
         # the scale of f is steeper in the aspect ratio: a margin of its own

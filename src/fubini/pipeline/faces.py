@@ -112,7 +112,7 @@ def attempt(
         outcome = refine_and_optimise(start, outline.tracks, size, gradient, asked)
     else:
         filled = follow(refine(start, outline.tracks, size, gradient), outline, size, options.gradient, sizes)
-        outcome = optimise(smooth(filled), outline.tracks, asked)
+        outcome = optimise(smooth(filled, outline.tracks), outline.tracks, asked)
     outcome, longest = level(outcome, outline.tracks, asked)
     return shortened(outcome, outline.tracks, size, asked, sizes, along, longest), core
 
