@@ -76,6 +76,7 @@ def compile_all() -> None:
     options = OptimiseOptions()
     state = by_hand(start, tracks, options)
     run(state, work(), options)
+    smooth(start)
     read_state(state, start)
     even_out(start, options)
     points = np.column_stack([SQUARE, np.zeros(5)])
@@ -86,7 +87,6 @@ def compile_all() -> None:
     compare_with_curves(points, segments, np.repeat(points[segments[:, :1]], 3, 1))
     for kernel, kinds in LATER:
         kernel.compile(tuple(_kind(text) for text in kinds.split()))
-    smooth(start)
     refine(start, tracks, 1.0, 0.5)
     rescue(by_hand(start, tracks, options), work(), 0)
 

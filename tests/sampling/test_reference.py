@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from scipy.spatial import Delaunay
+from scipy.spatial import Delaunay, cKDTree
 
 from fubini.cells import decompose
 from fubini.errors import OptionError
@@ -87,6 +87,20 @@ def test_distinct_keeps_the_first():
     assert kept.tolist() == [[0, 0], [1, 0], [1, 1]]
     assert number.tolist() == [0, 1, 0, 2, 0, 2]
     assert distinct(np.empty((0, 2)), 1e-9)[0].shape == (0, 2)
+
+
+@pytest.mark.parametrize("scale", [(1.0, 1.0), (0.0, 1.0), (0.01, 1.0)])
+def test_what_is_dropped_lies_within_the_tolerance_of_an_earlier_point_that_is_kept(scale):
+    points = np.random.default_rng(4).random((400, 2)) * scale
+    tolerance = 0.02
+    kept, number = distinct(points, tolerance)
+    pairs = sorted(cKDTree(points).query_pairs(tolerance), key=lambda pair: (pair[1], pair[0]))
+    keeper = list(range(len(points)))
+    for i, j in pairs:
+        if keeper[j] == j and keeper[i] == i:
+            keeper[j] = i
+    assert kept.tolist() == points[sorted(set(keeper))].tolist()
+    assert kept[number].tolist() == points[keeper].tolist()
 
 
 @pytest.mark.parametrize("direction", ["x", "y"])
