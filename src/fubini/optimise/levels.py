@@ -13,7 +13,7 @@ from fubini.optimise.options import OptimiseOptions, OptimiseOutcome
 from fubini.optimise.pocket import Pocket, slides
 from fubini.optimise.smooth import even_out, evened, least_kept, smooth
 from fubini.quality import areas, squared_lengths
-from fubini.tracks import TrackBuilder, Tracks
+from fubini.tracks import NO_TRACKS, Tracks
 from fubini.triangulation.value import Triangulation
 
 Float = NDArray[np.float64]
@@ -30,8 +30,6 @@ LONGER = 1.1
 SHARES = (0.15, -0.15, 0.3, -0.3, 0.5, -0.5)
 #: Attempts of the optimiser in a pocket.
 EFFORT = 200
-
-NO_TRACKS = TrackBuilder().build()
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from fubini.optimise._kernels_state import State
 from fubini.optimise.options import OptimiseOptions, implied_aspect_ratio
 from fubini.optimise.state import build_state, prepare_state, read_state, scratch_space
-from fubini.tracks import Tracks
+from fubini.tracks import NO_TRACKS, Tracks
 from fubini.triangulation.value import Triangulation
 
 #: Rounds of sweeps and flips.
@@ -34,9 +34,8 @@ def smooth(triangulation: Triangulation, tracks: Tracks | None = None, rounds: i
     all without ``tracks``. Splits give a triangle more to nodes that have too few for their angle (see
     ``_kernels_degrees``). The work is in proportion to the number of triangles.
     """
-    none = Tracks(np.empty(0, np.int32), np.empty(0, np.int32), np.empty(0))
     boundary, options = triangulation.boundary, OptimiseOptions(allow_splits=tracks is not None)
-    state = build_state(triangulation, none if tracks is None else tracks, options, SPARE)
+    state = build_state(triangulation, NO_TRACKS if tracks is None else tracks, options, SPARE)
     prepare_state(state, boundary.size, boundary, options.min_skew)
     if not smooth_state(state, len(boundary.points), rounds):
         return triangulation

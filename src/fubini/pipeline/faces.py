@@ -119,12 +119,8 @@ def attempt(
 
 def whole(start: Triangulation, outline: Outline) -> Triangulation:
     """The same; raises ``GeometryError`` where a boundary segment is no edge of it: the optimiser relies on them."""
-    lost = start.unrecovered
-    if len(lost):
-        k = int(lost[0])
-        track, at = int(start.boundary.track[k]), start.boundary.points[start.boundary.segments[k, 0]]
-        edge = int(outline.edges[track]) if track >= 0 else None
-        raise GeometryError("the boundary crosses or touches itself", edge=edge, at=at)
+    if len(start.unrecovered):
+        raise outline.crossing(start.boundary, int(start.unrecovered[0]))
     return start
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Iterable, Iterator, Mapping
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
@@ -291,6 +290,8 @@ def _certify(
 
     threads = min(cores(), sum(count > LARGE for count in counts))
     if threads > 1:
+        from concurrent.futures import ThreadPoolExecutor  # few models are so large, and it takes time to load
+
         with ThreadPoolExecutor(threads) as pool:
             faces = list(pool.map(judge, range(len(counts))))
     else:

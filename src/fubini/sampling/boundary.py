@@ -163,10 +163,9 @@ class BoundarySizing:
         if len(lost) or len(triangles) == 0 or status:
             lost = constrained_delaunay(boundary.points, boundary).unrecovered
             if last:
-                k = int(lost[0]) if len(lost) else 0
-                at = boundary.points[boundary.segments[k, 0]]
-                edge = int(outline.edges[boundary.track[k]])
-                raise GeometryError("the boundary crosses or touches itself", face=face, edge=edge, at=at)
+                error = outline.crossing(boundary, int(lost[0]) if len(lost) else 0)
+                error.face = face
+                raise error
             self._untangle(face, boundary, lost, changed)
             return True
         missing = 1

@@ -9,10 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fubini.curves import Curve, track
+from fubini.errors import GeometryError
 from fubini.region import Region
 from fubini.region.corners import interior_angle
 from fubini.region.region import GRID_BITS
 from fubini.tracks import TrackBuilder, Tracks, joined, rounded
+from fubini.triangulation.value import Boundary
 
 Float = NDArray[np.float64]
 
@@ -74,6 +76,12 @@ class Outline:
             edges=np.concatenate([self.edges, edges]), angles=angles, before=before,
             forward=np.concatenate([self.forward, np.tile([True, False], len(inside))]),
         )  # fmt: skip
+
+    def crossing(self, boundary: Boundary, segment: int) -> GeometryError:
+        """The error that tells that this segment of a boundary of the face cannot be an edge of triangles."""
+        track, at = int(boundary.track[segment]), boundary.points[boundary.segments[segment, 0]]
+        edge = int(self.edges[track]) if track >= 0 else None
+        return GeometryError("the boundary crosses or touches itself", edge=edge, at=at)
 
     def pairs(self) -> list[tuple[int, int]]:
         """For every curve its number and that of the curve on the other side of the corner at its start."""

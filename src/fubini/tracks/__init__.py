@@ -5,6 +5,6 @@ every parameter t in [0, 1]. They split and slide boundary nodes along it and kn
 curves, cells or CAD. ``fubini.curves`` writes its curves into this form.
 """
 
-from fubini.tracks.table import TrackBuilder, Tracks, evaluate, joined, rounded
+from fubini.tracks.table import NO_TRACKS, TrackBuilder, Tracks, evaluate, joined, rounded
 
-__all__ = ["TrackBuilder", "Tracks", "evaluate", "joined", "rounded"]
+__all__ = ["NO_TRACKS", "TrackBuilder", "Tracks", "evaluate", "joined", "rounded"]

@@ -62,6 +62,10 @@ class TrackBuilder:
         )
 
 
+#: For triangulations whose boundary lies on no curves, or is not to move along them.
+NO_TRACKS = TrackBuilder().build()
+
+
 def evaluate(tracks: Tracks, track: ArrayLike, t: ArrayLike) -> NDArray[np.float64]:
     """Points (n, 2) at parameters ``t`` (n,) of tracks ``track`` (n,)."""
     from fubini.tracks._kernels import evaluate_many
