@@ -13,6 +13,7 @@ from numba.core import types
 
 from fubini import _kernels_shipped as shipped
 from fubini import _turns
+from fubini._reference import KINDS
 from fubini.measure import compare_with_curves, measure
 from fubini.optimise import OptimiseOptions, even_out, refine, smooth
 from fubini.optimise._kernels_rescue import rescue
@@ -25,8 +26,8 @@ from fubini.tracks import Tracks
 from fubini.tracks.table import LINE, TrackBuilder, evaluate
 from fubini.triangulation.value import CORNER, Boundary, Triangulation
 
-#: What the first process comes to last: kernels and their argument types. d, i, l, u, b: float64, int32, int64, uint32
-#: and uint8; then the dimensions of an array, r: read-only.
+#: What the first process comes to last: kernels and their argument types. A letter of ``KINDS``, then the dimensions of
+#: an array, r: read-only.
 LATER: tuple[tuple[Any, str], ...] = (
     (shipped.number_chains, "u2 u2 i1"),
     (shipped.meet, "u2r u1 u1 u1 i2"),
@@ -36,7 +37,6 @@ LATER: tuple[tuple[Any, str], ...] = (
     (assembly.enter, "i1 i1 d1 i2 i1 d2 l1 l2 d2 l l1 d1 d2 l1 d2 l2"),
     (assembly.rim_last, "d2 i2 i2 i1 i1 i2"),
 )
-KINDS = {"d": types.float64, "i": types.int32, "l": types.int64, "u": types.uint32, "b": types.uint8}
 
 SQUARE = np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0), (0.5, 0.5)])
 
@@ -64,7 +64,7 @@ def _kind(text: str) -> Any:
 
 
 def by_hand(start: Triangulation, tracks: Tracks, options: OptimiseOptions) -> State:
-    """A state without effort to spend, made without a kernel."""
+    """A state without effort to spend."""
     state = build_state(start, tracks, options, 200)
     state.counts[BUDGET] = 0
     return state
@@ -88,7 +88,7 @@ def compile_all() -> None:
     for kernel, kinds in LATER:
         kernel.compile(tuple(_kind(text) for text in kinds.split()))
     refine(start, tracks, 1.0, 0.5)
-    rescue(by_hand(start, tracks, options), work(), 0)
+    rescue(by_hand(start, tracks, options).words, work().words, 0)
 
 
 def main(path: str) -> None:

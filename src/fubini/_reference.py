@@ -1,9 +1,10 @@
-"""Tuples of arrays handed from kernel to kernel by their address.
+"""Tuples of arrays handed to kernels, and from kernel to kernel, by their address.
 
 numba hands a named tuple over field by field, seven numbers or more for each array: a kernel that takes
-two tuples of twenty arrays each has three hundred parameters, which all its callers store and which the compiler drags
-along. ``by_reference`` stores the tuple once, in the frame of the kernel that Python calls; everything below it
-takes one pointer, and reads fields as before.
+two tuples of twenty arrays each has three hundred parameters, which are read anew at each call from Python, which all
+callers store and which the compiler drags along. Here Python writes these numbers into one array (``words_of``, in
+``fubini._packed``); the kernel that it calls copies them into its frame (a ``reader``), and everything below takes one
+pointer, and reads fields as before.
 """
 
 from __future__ import annotations
@@ -14,9 +15,15 @@ from typing import Any
 from numba.core import cgutils, types
 from numba.core.datamodel import models, register_default
 from numba.core.imputils import impl_ret_borrowed
-from numba.core.types.containers import NamedTuple, NamedUniTuple
+from numba.core.types.containers import NamedTuple
 from numba.core.typing.templates import AttributeTemplate
 from numba.extending import infer_getattr, intrinsic, lower_getattr_generic
+from numba.np.numpy_support import from_dtype
+
+from fubini._packed import LETTERS
+
+#: Types that the letters of ``fubini._packed`` stand for.
+KINDS = {letter: from_dtype(kind) for letter, kind in LETTERS.items()}
 
 
 class Reference(types.Type):
@@ -51,13 +58,30 @@ def _lower_field(context: Any, builder: Any, kind: Reference, address: Any, fiel
     return impl_ret_borrowed(context, builder, kind.value.types[index], value)
 
 
-@intrinsic
-def by_reference(typing_context: Any, value: Any) -> Any:
-    """The address of a named tuple, valid until the kernel that asks for it returns."""
-    if not isinstance(value, NamedTuple | NamedUniTuple):
-        return None
+def reader(kind: type, fields: str) -> Any:
+    """What kernels call with the words of a named tuple of this kind: a reference, valid until the kernel returns.
 
-    def store(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        return cgutils.alloca_once_value(builder, arguments[0])
+    fields : types of the arrays, as ``words_of`` takes them. Raises ``TypeError`` where numba lays arrays out in
+    another way than ``words_of``.
+    """
+    arrays = tuple(types.Array(KINDS[text[0]], int(text[1]), "C") for text in fields.split())
+    value = NamedTuple(arrays, kind)
+    expected = 8 * sum(5 + 2 * array.ndim for array in arrays)
 
-    return Reference(value)(value), store
+    @intrinsic
+    def read(typing_context: Any, words: Any) -> Any:
+        if words != types.Array(types.int64, 1, "C"):
+            return None
+
+        def copy(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            stored = context.get_value_type(value)
+            if context.get_abi_sizeof(stored) != expected:
+                raise TypeError(f"numba lays out {kind.__name__} in another way than fubini")
+            given = context.make_array(words)(context, builder, arguments[0]).data
+            frame = cgutils.alloca_once(builder, stored)
+            cgutils.raw_memcpy(builder, frame, given, context.get_constant(types.intp, expected // 8), 8)
+            return frame
+
+        return Reference(value)(words), copy
+
+    return read

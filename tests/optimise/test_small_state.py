@@ -6,8 +6,11 @@ import numpy as np
 
 import fubini
 import regions
+from fubini.optimise import OptimiseOptions
 from fubini.optimise import state as states
 from fubini.optimise._kernels_state import State
+from fubini.tracks import NO_TRACKS
+from fubini.triangulation.constrained import constrained_delaunay
 
 
 def digest(mesh):
@@ -29,7 +32,21 @@ def test_small_and_large_arrays_give_the_same_mesh(monkeypatch):
 
 
 def test_what_is_counted_and_marked_starts_at_zero():
-    for name in ("mark", "moved", "tried", "counts"):
-        State(*states._small_arrays(), *[None] * 4)._asdict()[name][:] = 7
-    state = State(*states._small_arrays(), *[None] * 4)
-    assert not any(np.any(getattr(state, name)) for name in ("mark", "moved", "tried", "counts"))
+    boundary, sizing, _ = regions.discretise(regions.plate(4), 0.3)
+    start, tracks = constrained_delaunay(boundary.points, boundary), sizing.outlines[0].tracks
+    for passing in (True, False):
+        for _ in range(2):
+            state = states.build_state(start, tracks, OptimiseOptions(), 100, passing=passing)
+            assert not any(np.any(getattr(state, name)) for name in ("mark", "moved", "tried"))
+            assert np.count_nonzero(state.counts) == 4  # nodes, triangles, segments, the state of the random numbers
+            for name in ("mark", "moved", "tried", "counts"):
+                getattr(state, name)[:] = 7
+
+
+def test_the_words_of_small_states_are_those_of_their_arrays():
+    boundary, sizing, _ = regions.discretise(regions.plate(4), 0.3)
+    start = constrained_delaunay(boundary.points, boundary)
+    for tracks in (sizing.outlines[0].tracks, NO_TRACKS):
+        state = states.build_state(start, tracks, OptimiseOptions(), 100, passing=True)
+        assert len(state.points) == states.SMALL
+        assert state.words.tolist() == State(*state).words.tolist()

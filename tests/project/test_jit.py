@@ -17,8 +17,13 @@ import fubini
 import fubini._jit as jit
 import regions
 from fubini._helper import LATER, compile_all, square
-from fubini._reference import Reference, by_reference
+from fubini._packed import words_of
+from fubini._reference import KINDS, Reference, reader
 from fubini._turns import ALONE, turn
+from fubini.optimise import OptimiseOptions
+from fubini.optimise._kernels_state import STATE_FIELDS, WORK_FIELDS, StateArrays, WorkArrays, work
+from fubini.optimise.state import build_state
+from fubini.triangulation.constrained import constrained_delaunay
 from fubini.triangulation.validate import validate
 
 RUN = """
@@ -133,6 +138,9 @@ class Pair(NamedTuple):
     total: object
 
 
+pair_of = reader(Pair, "d1 d1")
+
+
 @jit.inner
 def add_up(P, n):
     """Add the first n numbers to the total, through whatever P is."""
@@ -146,19 +154,44 @@ def test_a_reference_reads_and_writes_the_arrays_of_its_tuple(tmp_path, monkeypa
 
     @jit.kernel
     def twice(P):
-        P = by_reference(P)
+        P = pair_of(P)
         return add_up(P, 2) + add_up(P, P.numbers.shape[0])
 
     pair = Pair(np.array([1.0, 2.0, 4.0]), np.zeros(1))
-    assert twice(pair) == 5
+    assert twice(words_of(pair, "d1 d1")) == 5
     assert pair.total[0] == 10.0
     assert [isinstance(arguments[0], Reference) for arguments in add_up.dispatcher.overloads] == [True]
 
 
-def test_only_named_tuples_are_referred_to():
+def test_words_are_what_numba_stores():
+    """Arrays of every kind of entry, and of two dimensions, as the state of the optimiser has them."""
+    for fields, of, made in ((STATE_FIELDS, StateArrays, state_arrays()), (WORK_FIELDS, WorkArrays, work())):
+        kinds = [f"{letter(array)}{array.ndim}" for array in made]
+        assert " ".join(kinds) == fields
+        assert len(made.words) == sum(5 + 2 * array.ndim for array in made)
+        assert len(of._fields) == len(kinds)
+
+
+def letter(array):
+    return next(name for name, kind in KINDS.items() if numba.from_dtype(array.dtype) == kind)
+
+
+def state_arrays():
+    boundary, sizing, _ = regions.discretise(regions.square(), 0.5)
+    start = constrained_delaunay(boundary.points, boundary)
+    return build_state(start, sizing.outlines[0].tracks, OptimiseOptions(), 10)
+
+
+@pytest.mark.parametrize("wrong", [np.zeros(2, np.float32), np.zeros(2, int), np.zeros((2, 1)), np.zeros(4)[::2]])
+def test_arrays_of_another_type_have_no_words(wrong):
+    with pytest.raises(TypeError, match="no d1"):
+        words_of([wrong], "d1")
+
+
+def test_only_words_are_read():
     @jit.kernel
     def wrong(array):
-        return by_reference(array).shape[0]
+        return pair_of(array).numbers.shape[0]
 
     with pytest.raises(numba.TypingError):
         wrong(np.zeros(2))

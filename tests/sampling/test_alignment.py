@@ -10,10 +10,7 @@ from scipy.spatial import cKDTree
 
 import fubini
 import regions
-from fubini.sampling.alignment import Placement, best_placement, placed_lattice
-from fubini.sampling.interior import lattice_points
-
-NO_CORE = 2**62
+from fubini.sampling.interior import NO_CORE, best_lattice, lattice_points, lattice_with_core
 
 
 def turned(points, degrees):
@@ -34,8 +31,7 @@ def test_the_row_beside_the_longest_edge_is_equilateral(degrees):
     corners = turned([(0, 0), (3, 0), (3, 1), (0, 1.2)], degrees)
     boundary, sizing, _ = regions.discretise(regions.polygon(corners), 0.098)
     kinds = sizing.outlines[0].tracks.kinds
-    placement = best_placement(boundary, kinds, 0.098)
-    lattice = placed_lattice(boundary, placement, 0.35, NO_CORE)
+    lattice = best_lattice(boundary, kinds, 0.098, 0.35)
     inside = lattice.points
     assert lattice.core is None
     a, b = boundary.points[boundary.segments[boundary.track == 0]].transpose(1, 0, 2)
@@ -43,25 +39,24 @@ def test_the_row_beside_the_longest_edge_is_equilateral(degrees):
     third = middle + math.sqrt(3) / 2 * np.column_stack([-along[:, 1], along[:, 0]])
     distance, _ = cKDTree(inside).query(third[1:-1])
     assert distance.max() < 1e-9
-    assert placement.spacing == pytest.approx(np.linalg.norm(along[0]), rel=1e-12)
+    assert lattice.spacing == pytest.approx(np.linalg.norm(along[0]), rel=1e-12)
     gaps, _ = cKDTree(inside).query(inside, k=2)
-    np.testing.assert_allclose(gaps[:, 1], placement.spacing, rtol=1e-9)
+    np.testing.assert_allclose(gaps[:, 1], lattice.spacing, rtol=1e-9)
     to_boundary, _ = cKDTree(boundary.points).query(inside)
     assert to_boundary.min() > 0.6 * 0.098
 
 
 def test_without_straight_edges_the_rows_run_along_x():
     boundary, sizing, _ = regions.discretise(regions.Region(regions.circle(0, 0, 1)), 0.1)
-    placement = best_placement(boundary, sizing.outlines[0].tracks.kinds, 0.1)
-    assert placement.direction == (1.0, 0.0)
-    inside = placed_lattice(boundary, placement, 0.35, NO_CORE).points
-    np.testing.assert_allclose(inside, lattice_points(boundary, 0.1), atol=1e-12)
+    lattice = best_lattice(boundary, sizing.outlines[0].tracks.kinds, 0.1, 0.35)
+    assert lattice.direction == (1.0, 0.0)
+    np.testing.assert_allclose(lattice.points, lattice_points(boundary, 0.1), atol=1e-12)
 
 
 def test_a_node_lies_where_it_is_asked():
     boundary, _, _ = regions.discretise(regions.square(), 0.1)
     for node in ((0.5, 0.5), (0.43, 0.61), (-3.0, 7.2)):
-        inside = placed_lattice(boundary, Placement(node, (0.6, 0.8), 0.1), 0.35, NO_CORE).points
+        inside = lattice_with_core(boundary, 0.1, 0.35, (0.0, 0.0), NO_CORE, (0.6, 0.8), node).points
         steps = (inside - node) @ np.array([(0.6, -0.8), (0.8, 0.6)]) / (0.1 * np.array([0.5, math.sqrt(3) / 2]))
         np.testing.assert_allclose(steps, np.round(steps), atol=1e-9)
         assert (np.round(steps).sum(axis=1) % 2 == 0).all()

@@ -7,24 +7,18 @@ import math
 import numpy as np
 
 from fubini._jit import inner, kernel
-from fubini._reference import by_reference
-from fubini.optimise._kernels_state import NODES, REMOVED, SEGMENTS, TRIANGLES
+from fubini.optimise._kernels_state import NODES, RANDOM, REMOVED, SEGMENTS, TRIANGLES
+from fubini.optimise._kernels_words import state_of
 
 
-@kernel
-def prepare(S, size, angle, acute, unavoidable):
-    """Set kind and sizes, mark sharp corners and fill ``tri_of`` for the first NODES nodes of a state.
-
-    size : wanted edge length at the first nodes; at the interior nodes behind them it becomes the mean length of the
-    edges there. angle : interior angle in degrees at the first nodes, those of the boundary; corners below
-    ``acute`` are marked 2, below ``unavoidable`` 1.
-    """
-    S = by_reference(S)
-    n, fixed = S.counts[NODES], size.shape[0]
+@inner
+def derive(S, size, angle, most, acute, unavoidable):
+    """See ``prepare``."""
+    n, given = S.counts[NODES], size.shape[0]
     for v in range(n):
         S.stack[v] = 0
         S.sharp[v] = 0
-        S.size[v] = size[v] if v < fixed else 0.0
+        S.size[v] = min(most, size[v]) if v < given else 0.0
     for v in range(angle.shape[0]):
         if angle[v] < unavoidable:
             S.sharp[v] = 1
@@ -36,13 +30,52 @@ def prepare(S, size, angle, acute, unavoidable):
         for i in range(3):
             a, b = S.tri[t, i], S.tri[t, i + 1 if i < 2 else 0]
             S.tri_of[a] = t
-            if a >= fixed:
+            if a >= given:
                 x, y = S.points[a, 0] - S.points[b, 0], S.points[a, 1] - S.points[b, 1]
                 S.size[a] += math.sqrt(x * x + y * y)
                 S.stack[a] += 1
-    for v in range(fixed, n):
-        if S.stack[v] > 0:
+    for v in range(given, n):
+        if most < math.inf:
+            S.size[v] = most
+        elif S.stack[v] > 0:
             S.size[v] /= S.stack[v]
+
+
+@kernel
+def prepare(S, size, angle, most, acute, unavoidable):
+    """Set kind and sizes, mark sharp corners and fill ``tri_of`` for the first NODES nodes of a state.
+
+    size : wanted edge length at the first nodes; at the interior nodes behind them it becomes ``most`` or, where that
+    is infinite, the mean length of the edges there. angle : interior angle in degrees at the first nodes, those of the
+    boundary; corners below ``acute`` are marked 2, below ``unavoidable`` 1.
+    """
+    derive(state_of(S), size, angle, most, acute, unavoidable)
+
+
+@kernel
+def fill(S, points, triangles, neighbours, kind, track, t, mode, seed, size, angle, most, acute, unavoidable):
+    """Write a triangulation into a state with room for it, and ``prepare`` it; whatever was there before is forgotten.
+
+    kind, angle : of the boundary nodes. track, t, mode : of the segments.
+    """
+    S = state_of(S)
+    S.counts[:] = 0
+    S.mark[:] = 0
+    S.moved[:] = 0
+    S.tried[:] = 0
+    n, m, k = points.shape[0], triangles.shape[0], track.shape[0]
+    S.counts[NODES], S.counts[TRIANGLES], S.counts[SEGMENTS], S.counts[RANDOM] = n, m, k, seed
+    for v in range(n):
+        S.points[v, 0], S.points[v, 1] = points[v, 0], points[v, 1]
+    for v in range(kind.shape[0]):
+        S.kind[v] = kind[v]
+    for u in range(m):
+        for i in range(3):
+            S.tri[u, i], S.nbr[u, i] = triangles[u, i], neighbours[u, i]
+    for s in range(k):
+        S.track[s], S.mode[s] = track[s], mode[s]
+        S.t[s, 0], S.t[s, 1] = t[s, 0], t[s, 1]
+    derive(S, size, angle, most, acute, unavoidable)
 
 
 @inner(allocates=True)
@@ -105,7 +138,7 @@ def read_out(S, angle, mode):
     triangles, neighbours; kind, size and angle of the boundary nodes; ends, track, t and mode of the segments; and the
     numbers of the segments that start at a new node and may only be split.
     """
-    S = by_reference(S)
+    S = state_of(S)
     number, rim, nodes = number_nodes(S)
     k = S.counts[SEGMENTS]
     track, t, state = np.empty(k, np.int32), np.empty((k, 2)), np.empty(k, np.uint8)

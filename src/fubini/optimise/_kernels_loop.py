@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 from fubini._jit import inner, kernel
-from fubini._reference import by_reference
 from fubini.optimise._kernels_moves import CLASSES, LEVELS, mend, patch_nodes
 from fubini.optimise._kernels_polish import polish
 from fubini.optimise._kernels_quality import covers_corner, is_flawed, triangle_cost, triangle_quality
@@ -27,6 +26,7 @@ from fubini.optimise._kernels_state import (
     SOFT,
     TRIANGLES,
 )
+from fubini.optimise._kernels_words import state_of, work_of
 
 #: a move is made when the cost falls by more than this
 FALL = 0.01
@@ -279,7 +279,7 @@ def drive(S, W, task, top, goal, share):
     with larger arrays and MEND for the rest of a WHOLE. ``goal`` : tangent of the skewness to polish to, 0 for none;
     ``share`` : of the effort spent on polishing.
     """
-    S, W = by_reference(S), by_reference(W)
+    S, W = state_of(S), work_of(W)
     status, total, bound = DONE, 0.0, max(S.rule[SOFT], (goal - 1.0) / (goal + 1.0))
     if task == WHOLE:
         if survey(S, bound) == 0:

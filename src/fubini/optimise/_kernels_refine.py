@@ -10,10 +10,10 @@ from __future__ import annotations
 import math
 
 from fubini._jit import inner, kernel
-from fubini._reference import by_reference
 from fubini.optimise._kernels_cavity import local, new_node
 from fubini.optimise._kernels_loop import DONE, FULL
 from fubini.optimise._kernels_state import INSERTED, NODES, QUEUED, STAMP, TRIANGLES
+from fubini.optimise._kernels_words import state_of, work_of
 from fubini.triangulation._kernels_topology import legalise, locate, split_triangle
 
 ROOT3 = math.sqrt(3.0)
@@ -220,7 +220,7 @@ def advance(S, W, h, gradient, limit):
     ``S.size`` holds the sizes wanted at the nodes; interior ones are lowered to the gradient first. A second pass takes
     every edge for the front, where the first found no room.
     """
-    S, W = by_reference(S), by_reference(W)
+    S, W = state_of(S), work_of(W)
     grade(S, h, gradient)
     for turn in range(2):
         S.counts[QUEUED] = 0

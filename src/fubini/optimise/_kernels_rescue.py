@@ -11,13 +11,13 @@ from __future__ import annotations
 import math
 
 from fubini._jit import inner, kernel
-from fubini._reference import by_reference
 from fubini.optimise._kernels_cavity import local, replace
 from fubini.optimise._kernels_fill import PROGRAMME
 from fubini.optimise._kernels_loop import DONE, FULL, STUCK, keep, room
 from fubini.optimise._kernels_quality import is_flawed
 from fubini.optimise._kernels_refine import circle, conflicts, insert_point
 from fubini.optimise._kernels_state import LIMIT, QUEUED, REFINEMENT
+from fubini.optimise._kernels_words import state_of, work_of
 from fubini.triangulation._kernels_topology import locate
 
 #: apex angle of the triangle on the shortest edge that a new node aims at
@@ -188,7 +188,7 @@ def queue_star(S, v):
 @kernel
 def rescue(S, W, limit):
     """Refine at the queued flawed triangles, first in first out, at most ``limit`` steps. Returns a status."""
-    S, W = by_reference(S), by_reference(W)
+    S, W = state_of(S), work_of(W)
     head = steps = 0
     while head < S.counts[QUEUED] and steps < limit:
         t = S.queue[head]

@@ -16,10 +16,10 @@ from __future__ import annotations
 import math
 
 from fubini._jit import inner, kernel
-from fubini._reference import by_reference
 from fubini.optimise._kernels_degrees import even_degrees
 from fubini.optimise._kernels_slide import load_fan, may_slide, newton_along, place_along, put_along
 from fubini.optimise._kernels_state import NODES, TRIANGLES
+from fubini.optimise._kernels_words import state_of, work_of
 from fubini.triangulation._kernels_topology import edge_is_illegal, flip
 
 ROOT3 = math.sqrt(3.0)
@@ -264,7 +264,7 @@ def smooth(S, W, fixed, rounds, degree, awake, sides):
     and splits even out the number of triangles at nodes (``even_degrees``). Nothing may have been removed.
     awake (N,) uint8, sides (fixed, 4) : zeros. Scratch: degree (N,) int32, for N nodes at most.
     """
-    S, W = by_reference(S), by_reference(W)
+    S, W = state_of(S), work_of(W)
     points, tri, nbr, at = S.points, S.tri, S.nbr, S.tri_of
     total = 0
     if not survey(points, tri, S.counts[TRIANGLES], at, awake):

@@ -1,14 +1,18 @@
 """The mutable mesh that the moves work on, and the scratch space of the primitive.
 
 ``State`` and ``Work`` are tuples of arrays, allocated once per face, so that every kernel here is
-compiled for one signature only. Names of the entries of ``State.counts`` stand below.
+compiled for one signature only: it takes their ``words``. Names of the entries of ``State.counts`` stand below.
 """
 
 from __future__ import annotations
 
+import functools
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
+
+from fubini._packed import words_of
 
 # entries of State.counts
 NODES, TRIANGLES, SEGMENTS, FREED, QUEUED, STAMP, ATTEMPTS, BUDGET, RANDOM, INSERTED = range(10)
@@ -39,7 +43,7 @@ REMOVED = 255
 LIMIT = 40
 
 
-class State(NamedTuple):
+class StateArrays(NamedTuple):
     """One face's mesh with room to grow; capacities N nodes, M triangles, K segments.
 
     Attributes
@@ -86,7 +90,20 @@ class State(NamedTuple):
     track_data: Any
 
 
-class Work(NamedTuple):
+#: Types of these, see ``fubini._packed``.
+STATE_FIELDS = "d2 b1 d1 b1 i1 i2 i2 i1 i1 i1 i1 d1 i1 i1 i1 i1 i1 d2 b1 l1 d1 i1 i1 d1"
+
+
+class State(StateArrays):
+    """The arrays, with what kernels take in their place."""
+
+    @functools.cached_property
+    def words(self) -> NDArray[np.int64]:
+        """See ``fubini._packed``; the arrays must not be exchanged."""
+        return words_of(self, STATE_FIELDS)
+
+
+class WorkArrays(NamedTuple):
     """Scratch space of the primitive; all integers int64.
 
     cavity, fan : triangles. poly, code, px, py, ear : polygon of the cavity: nodes, what lies across the
@@ -116,6 +133,19 @@ class Work(NamedTuple):
     circles: Any
     nodes: Any
     job: Any
+
+
+#: Types of these.
+WORK_FIELDS = "l1 l1 l1 l1 d1 d1 l1 l1 d1 d1 d2 l2 l2 l1 l1 l1 l1 d2 l1 l1"
+
+
+class Work(WorkArrays):
+    """The arrays, with what kernels take in their place."""
+
+    @functools.cached_property
+    def words(self) -> NDArray[np.int64]:
+        """See ``fubini._packed``."""
+        return words_of(self, WORK_FIELDS)
 
 
 def work() -> Work:

@@ -57,6 +57,7 @@ def refine_and_optimise(
     scratch = scratch_space()
     state = advanced(triangulation, tracks, h, gradient, size, options, scratch, passing=True)
     smoothed = smooth_state(state, len(triangulation.boundary.points)) > 0
+    prepare_state(state, triangulation.boundary, options.min_skew)
     return _finish(state, scratch, triangulation, options, smoothed)
 
 
@@ -67,7 +68,6 @@ def _finish(
 
     ``changed`` : the state is no longer ``start``, even where nothing was inserted.
     """
-    prepare_state(state, start.boundary.size, start.boundary, options.min_skew)
     state.counts[BUDGET] = options.budget_of(int(state.counts[TRIANGLES]))
     state = run(state, scratch, options)
     counts = state.counts
@@ -101,7 +101,7 @@ def run(state: State, scratch: Work, options: OptimiseOptions) -> State:
     from fubini.optimise._kernels_loop import FULL, POLISH, STUCK, WHOLE, drive
 
     goal = improvement_goal(options)
-    status, _ = drive(state, scratch, WHOLE, 2, goal, options.improve)
+    status, _ = drive(state.words, scratch.words, WHOLE, 2, goal, options.improve)
     if status not in (FULL, STUCK):
         return state
     if status == FULL:
@@ -114,7 +114,7 @@ def run(state: State, scratch: Work, options: OptimiseOptions) -> State:
         state, status = refine_flaws(state, scratch)
         if status == STUCK:
             state, status = search(state, scratch, 24, 12)
-    drive(state, scratch, POLISH, 0, goal, options.improve)
+    drive(state.words, scratch.words, POLISH, 0, goal, options.improve)
     return state
 
 
@@ -122,7 +122,7 @@ def step(state: State, scratch: Work, task: int) -> tuple[int, float]:
     """One step of the search: (status, total cost)."""
     from fubini.optimise._kernels_loop import drive
 
-    status, cost = drive(state, scratch, task, 2, 0.0, 0.0)
+    status, cost = drive(state.words, scratch.words, task, 2, 0.0, 0.0)
     return status, cost
 
 
@@ -146,7 +146,7 @@ def refine_flaws(state: State, scratch: Work) -> tuple[State, int]:
     before, after = copy_of(state), FULL
     _, old = step(state, scratch, COUNT)
     for _ in range(6):
-        while (status := rescue(state, scratch, 4 + 2 * int(state.counts[QUEUED]))) == FULL:
+        while (status := rescue(state.words, scratch.words, 4 + 2 * int(state.counts[QUEUED]))) == FULL:
             state = extend_state(state, 2 * len(state.points))
         state, after = descend(state, scratch)
         if after != STUCK or status == STUCK:

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 from fubini.errors import OptionError
 from fubini.optimise._kernels_state import INSERTED, NODES, TRIANGLES, State, Work
 from fubini.optimise.options import OptimiseOptions
-from fubini.optimise.state import build_state, extend_state, prepare_state, scratch_space
+from fubini.optimise.state import build_state, extend_state, scratch_space
 from fubini.tracks import Tracks
 from fubini.triangulation.value import Triangulation
 
@@ -74,16 +74,8 @@ def advanced(
 
     if not (h > 0.0 and gradient > 0.0):
         raise OptionError(f"size {h} and gradient {gradient} must be positive")
-    n = len(triangulation.points)
-    sizes = np.empty(n)
-    if size is None:
-        of_boundary = triangulation.boundary.size
-        sizes[: len(of_boundary)], sizes[len(of_boundary) :] = of_boundary, h
-    else:
-        sizes[:] = size
-    np.minimum(sizes, h, out=sizes)
-    state = build_state(triangulation, tracks, options, n + 500, passing)
-    prepare_state(state, sizes, triangulation.boundary, options.min_skew)
-    while advance(state, scratch, float(h), float(gradient), LIMIT) == FULL:
+    sizes = None if size is None else np.array(size, float)
+    state = build_state(triangulation, tracks, options, len(triangulation.points) + 500, sizes, float(h), passing)
+    while advance(state.words, scratch.words, float(h), float(gradient), LIMIT) == FULL:
         state = extend_state(state, 2 * len(state.points))
     return state

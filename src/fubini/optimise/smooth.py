@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from fubini.optimise._kernels_state import State
 from fubini.optimise.options import OptimiseOptions, implied_aspect_ratio
-from fubini.optimise.state import build_state, prepare_state, read_state, scratch_space
+from fubini.optimise.state import build_state, read_state, scratch_space
 from fubini.tracks import NO_TRACKS, Tracks
 from fubini.triangulation.value import Triangulation
 
@@ -36,7 +36,6 @@ def smooth(triangulation: Triangulation, tracks: Tracks | None = None, rounds: i
     """
     boundary, options = triangulation.boundary, OptimiseOptions(allow_splits=tracks is not None)
     state = build_state(triangulation, NO_TRACKS if tracks is None else tracks, options, SPARE)
-    prepare_state(state, boundary.size, boundary, options.min_skew)
     if not smooth_state(state, len(boundary.points), rounds):
         return triangulation
     return read_state(state, triangulation)[0]
@@ -48,7 +47,7 @@ def smooth_state(state: State, fixed: int, rounds: int = ROUNDS) -> int:
 
     n = len(state.points)
     scratch = np.empty(n, np.int32), np.zeros(n, np.uint8), np.zeros((fixed, 4))
-    return int(smooth(state, scratch_space(), fixed, rounds, *scratch))
+    return int(smooth(state.words, scratch_space().words, fixed, rounds, *scratch))
 
 
 def even_out(triangulation: Triangulation, options: OptimiseOptions) -> Triangulation:

@@ -15,7 +15,6 @@ from fubini.optimise._kernels_state import (
     HARD,
     LOW,
     NODES,
-    RANDOM,
     SAG,
     SEGMENTS,
     SOFT,
@@ -70,7 +69,9 @@ def scratch_space() -> Work:
 
 
 def writable(array: NDArray, kind: type) -> NDArray:
-    """A copy that kernels take: they are compiled for writable C arrays of one type."""
+    """The array, or a copy that kernels take: they are compiled for writable C arrays of one type."""
+    if array.dtype == kind and array.flags.carray:
+        return array
     return np.array(array, kind, order="C")
 
 
@@ -82,72 +83,88 @@ def grown(array: NDArray, used: int, length: int) -> NDArray:
 
 
 def build_state(
-    tri: Triangulation, tracks: Tracks, options: OptimiseOptions, spare: int, passing: bool = False
+    tri: Triangulation,
+    tracks: Tracks,
+    options: OptimiseOptions,
+    spare: int,
+    size: NDArray[np.float64] | None = None,
+    most: float = math.inf,
+    passing: bool = False,
 ) -> State:
-    """State of the triangulation with room for about ``spare`` more nodes; ``prepare_state`` makes it complete.
+    """State of the triangulation with room for about ``spare`` more nodes.
 
-    ``passing`` : the state is read out before this thread builds another. Small ones then share their arrays.
+    size, most : see ``prepare_state``; None for the size of the boundary's nodes.
+    passing : the state is read out before this thread builds another. Small ones then share their arrays.
     """
+    from fubini.optimise._kernels_copy import fill
+
     boundary, n, m, k = tri.boundary, len(tri.points), len(tri.triangles), len(tri.boundary.segments)
     nodes, triangles, segments = n + spare, m + 2 * spare + 200, k + spare
     if passing and max(nodes, segments) <= SMALL and triangles <= 2 * SMALL:
-        arrays = _small_arrays()
+        state = _small_state(options, tracks)
     else:
-        arrays = _arrays(nodes, triangles, segments)
-    state = State(*[*arrays, rule_of(options).copy(), *tracks])
-    state.counts[NODES], state.counts[TRIANGLES], state.counts[SEGMENTS] = n, m, k
-    state.counts[RANDOM] = 1 + options.seed % 0x7FFFFFFE
-    state.points[:n], state.tri[:m], state.nbr[:m] = tri.points, tri.triangles, tri.neighbours
-    state.kind[: len(boundary.kind)] = boundary.kind
-    state.track[:k], state.t[:k] = boundary.track, boundary.t
-    state.mode[:k] = boundary.mode if options.allow_splits else LOCKED
+        state = State(*[*_arrays(nodes, triangles, segments), rule_of(options).copy(), *tracks])
+    fill(
+        state.words, writable(tri.points, float), writable(tri.triangles, np.int32),
+        writable(tri.neighbours, np.int32), writable(boundary.kind, np.uint8), writable(boundary.track, np.int32),
+        writable(boundary.t, float), _modes(boundary, options), 1 + options.seed % 0x7FFFFFFE,
+        *_sizing(boundary.size if size is None else size, boundary, most, options.min_skew),
+    )  # fmt: skip
     return state
 
 
+def _modes(boundary: Boundary, options: OptimiseOptions) -> NDArray[np.uint8]:
+    """Modes of the segments: all locked where splits are not allowed."""
+    mode = boundary.mode if options.allow_splits else np.full(len(boundary.mode), LOCKED)
+    return writable(mode, np.uint8)
+
+
 def _arrays(nodes: int, triangles: int, segments: int) -> list[NDArray]:
-    """The arrays from ``points`` to ``counts``; what is counted and marked is 0, the rest not set."""
+    """The arrays from ``points`` to ``counts``, not set."""
     return [
         np.empty((nodes, 2)), np.empty(nodes, np.uint8), np.empty(nodes), np.empty(nodes, np.uint8),
         np.empty(nodes, np.int32), np.empty((triangles, 3), np.int32), np.empty((triangles, 3), np.int32),
         *_scratch(nodes, triangles),
-        np.empty(segments, np.int32), np.empty((segments, 2)), np.empty(segments, np.uint8), np.zeros(32, np.int64),
+        np.empty(segments, np.int32), np.empty((segments, 2)), np.empty(segments, np.uint8), np.empty(32, np.int64),
     ]  # fmt: skip
 
 
-def _small_arrays() -> list[NDArray]:
-    """The same for ``SMALL`` nodes and segments, always the same ones in a thread: most faces are small."""
+def _small_state(options: OptimiseOptions, tracks: Tracks) -> State:
+    """A state of ``SMALL`` nodes and segments, in a thread always of the same arrays: most faces are small."""
     if not hasattr(_kept, "arrays"):
-        _kept.arrays = _arrays(SMALL, 2 * SMALL, SMALL)
-        _kept.zeros = [_kept.arrays[i] for i in map(State._fields.index, ("mark", "moved", "tried", "counts"))]
-    for array in _kept.zeros:
-        array.fill(0)
-    found: list[NDArray] = _kept.arrays
-    return found
+        _kept.arrays = [*_arrays(SMALL, 2 * SMALL, SMALL), rule_of(options).copy()]
+        _kept.words = State(*[*_kept.arrays, *tracks]).words
+    _kept.arrays[-1][:] = rule_of(options)
+    _kept.words[-len(tracks.words) :] = tracks.words
+    state = State(*[*_kept.arrays, *tracks])
+    state.__dict__["words"] = _kept.words
+    return state
 
 
 def _scratch(nodes: int, triangles: int) -> list[NDArray]:
     """The arrays from ``free`` to ``tried``."""
     return [
-        np.empty(triangles, np.int32),
-        np.empty(2 * triangles, np.int32),
-        np.empty(triangles, np.int32),
-        np.empty(2 * triangles, np.int32),
-        np.empty(2 * triangles),
-        np.zeros(triangles, np.int32),
-        np.empty(triangles, np.int32),
-        np.zeros(nodes, np.int32),
-        np.zeros(triangles, np.int32),
-    ]
+        np.empty(triangles, np.int32), np.empty(2 * triangles, np.int32), np.empty(triangles, np.int32),
+        np.empty(2 * triangles, np.int32), np.empty(2 * triangles), np.zeros(triangles, np.int32),
+        np.empty(triangles, np.int32), np.zeros(nodes, np.int32), np.zeros(triangles, np.int32),
+    ]  # fmt: skip
 
 
-def prepare_state(state: State, size: NDArray[np.float64], boundary: Boundary, min_skew: float) -> None:
+def prepare_state(state: State, boundary: Boundary, min_skew: float) -> None:
     """Derive sizes, sharp corners and a triangle of each node from the triangles that the state holds.
 
-    size : wanted edge length at the first nodes; inside it becomes the mean length of the edges there.
+    The wanted edge length is that of the boundary's nodes; inside it becomes the mean length of the edges there.
     """
     from fubini.optimise._kernels_copy import prepare
 
-    prepare(state, writable(size, float), writable(boundary.angle, float), ACUTE, corner_limit(min_skew))
+    prepare(state.words, *_sizing(boundary.size, boundary, math.inf, min_skew))
+
+
+def _sizing(
+    size: NDArray[np.float64], boundary: Boundary, most: float, min_skew: float
+) -> tuple[NDArray, NDArray, float, float, float]:
+    """What ``prepare`` takes behind the state."""
+    return writable(size, float), writable(boundary.angle, float), most, ACUTE, corner_limit(min_skew)
 
 
 def extend_state(state: State, spare: int) -> State:
@@ -187,7 +204,7 @@ def read_state(state: State, tri: Triangulation) -> tuple[Triangulation, tuple[t
 
     old = tri.boundary
     points, triangles, neighbours, kind, size, angle, segments, track, t, mode, fresh = read_out(
-        state, writable(old.angle, float), writable(old.mode, np.uint8)
+        state.words, writable(old.angle, float), writable(old.mode, np.uint8)
     )
     boundary = Boundary(points[: len(kind)], kind, size, angle, segments, track, t, mode)
     splits = tuple((int(track[s]), float(t[s, 0])) for s in fresh.tolist())

@@ -24,10 +24,9 @@ from fubini.pipeline.pattern import PatternPoints, pattern_nodes
 from fubini.pipeline.points import clear_of, crowded, with_lone
 from fubini.pipeline.strip import FaceMesh, strip_boundary, with_core
 from fubini.quality import corner_limit
-from fubini.sampling.alignment import best_placement, placed_lattice
 from fubini.sampling.boundary import BoundarySizing, EdgeNodes, Outline
 from fubini.sampling.fans import clear_of_segments, long_segments, with_fans
-from fubini.sampling.interior import NO_CORE, Core, Lattice, lattice_with_core
+from fubini.sampling.interior import NO_CORE, Core, Lattice, best_lattice, lattice_with_core
 from fubini.triangulation.constrained import constrained_delaunay, delaunay_around
 from fubini.triangulation.value import CORNER, FROZEN, LOCKED, ON_CURVE, SPLIT_ONLY, Boundary, Byte, Triangulation
 
@@ -94,7 +93,7 @@ def attempt(
     inner, core, outer = clear_of_segments(lattice.points, long, size), lattice.core, boundary
     if len(lone):
         inner = clear_of(inner, boundary, len(lone), size, gradient)
-    at_fans = np.full(len(inner), size)
+    at_fans = NO_POINTS
     if number % 2 or len(long):
         inner, at_fans = with_fans(inner, boundary, size)
     if core is not None:
@@ -134,7 +133,7 @@ def sizes_of(start: Triangulation, inner: Float, wanted: Float) -> Float:
 def lattice_of(boundary: Boundary, outline: Outline, size: float, gradient: float, number: int, least: int) -> Lattice:
     """The lattice of this attempt: the first along the boundary, others with their rows along x."""
     if number == 0:
-        return placed_lattice(boundary, best_placement(boundary, outline.tracks.kinds, size), gradient, least)
+        return best_lattice(boundary, outline.tracks.kinds, size, gradient, least)
     return lattice_with_core(boundary, size, gradient, SHIFTS[number % len(SHIFTS)], least)
 
 

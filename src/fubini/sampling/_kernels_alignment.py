@@ -4,15 +4,21 @@ from __future__ import annotations
 
 import math
 
-from fubini._jit import inner, kernel
+import numpy as np
 
-ROW = 0.8660254037844386  # sqrt(3) / 2
+from fubini._jit import inner, kernel
+from fubini.sampling._kernels_interior import ROW, mark_inside, turned_box
+
 #: segments of this share of the size and more take part, straight edges of as many at least are candidates
 FULL, LEAST = 0.75, 2
 #: a lattice follows the spacing of an edge that differs from the size by at most this share
 STRETCH = 0.03
 #: squared misfit (in spacings) beyond which a node is simply missing
 WORST = 0.1
+#: straight edges whose lattices are compared
+CANDIDATES = 6
+#: how a lattice is placed
+SHIFT, NODE, BEST = 0, 1, 2
 
 
 @inner
@@ -69,7 +75,7 @@ def misfit(points, segments, size, x, y, dx, dy, spacing):
     return total / max(number, 1)
 
 
-@kernel
+@inner
 def place(points, segments, track, kinds, size, found, best):
     """Write the lattice that meets the boundary best into best (5,): a node, the direction of rows, the spacing.
 
@@ -95,3 +101,38 @@ def place(points, segments, track, kinds, size, found, best):
             for j in range(4):
                 best[j] = found[i, j]
             best[4] = spacing
+
+
+@inner
+def first_node(node, low, size):
+    """Where the first row of a lattice starts, in axes along its rows, so that it begins outside the box from ``low``
+    on and that ``node`` is one of its nodes."""
+    x, y = (node[0] - low[0]) / size, (node[1] - low[1]) / size
+    row = math.ceil((1.0 + y) / ROW - 1e-9)
+    column = math.ceil(1.0 + x - 0.5 * (row % 2) - 1e-9) + 0.5 * (row % 2)
+    return low[0] - size * (1.0 + (column - 1.0 - x)), low[1] - size * (1.0 + (row * ROW - 1.0 - y))
+
+
+@kernel(allocates=True)
+def lay(points, segments, sizes, track, kinds, how, lattice, size, clearance, gradient):
+    """The table (rows, columns) of the lattice nodes inside a boundary and clear of it: see ``mark_inside``.
+
+    lattice (7,) : a node, unit direction of the rows and spacing; gets, at the end, where the first row starts in axes
+    along the rows. how : SHIFT for the lowest corner of the box in these axes in place of the node, moved back by
+    fractions of the spacing; NODE; BEST for the lattice of about ``size`` that meets the boundary best (``place``).
+    """
+    if how == BEST:
+        place(points, segments, track, kinds, size, np.empty((CANDIDATES, 6)), lattice)
+    c, s, h = lattice[2], lattice[3], lattice[4]
+    turned = np.empty_like(points)
+    low_x, low_y, high_x, high_y = turned_box(points, c, -s, turned)
+    if how == SHIFT:
+        x0, y0 = low_x - h * (1.0 + lattice[0]), low_y - h * (1.0 + lattice[1])
+    else:
+        node = c * lattice[0] + s * lattice[1], c * lattice[1] - s * lattice[0]
+        x0, y0 = first_node(node, (low_x, low_y), h)
+    lattice[5], lattice[6] = x0, y0
+    columns, rows = math.ceil((high_x - x0) / h) + 2, math.ceil((high_y - y0) / (h * ROW)) + 2
+    role = np.zeros((rows, columns), np.uint8)
+    mark_inside(turned, segments, sizes, h, x0, y0, clearance, gradient, role)
+    return role

@@ -6,12 +6,12 @@ import math
 
 import numpy as np
 
-from fubini._jit import kernel
+from fubini._jit import inner, kernel
 
 ROW = 0.8660254037844386  # sqrt(3) / 2
 
 
-@kernel
+@inner
 def turned_box(points, c, s, turned):
     """Write points (n, 2) turned by the angle of cosine c and sine s; returns the least and the greatest x and y."""
     low_x, low_y, high_x, high_y = math.inf, math.inf, -math.inf, -math.inf
@@ -22,7 +22,7 @@ def turned_box(points, c, s, turned):
     return low_x, low_y, high_x, high_y
 
 
-@kernel(allocates=True)
+@inner(allocates=True)
 def crossings(points, segments, y0, step, rows):
     """Limits of all rows y0 + j step: row j crosses the boundary at xs[first[j] : first[j + 1]], sorted."""
     first, fill = np.empty(rows + 1, np.int64), np.empty(rows, np.int64)
@@ -54,7 +54,7 @@ def crossings(points, segments, y0, step, rows):
     return first, xs
 
 
-@kernel(allocates=True)
+@inner(allocates=True)
 def mark_inside(points, segments, size, h, x0, y0, clearance, g, inside):
     """Mark in the table (rows, columns), all 0, which lattice nodes are inside the boundary and clear of it.
 

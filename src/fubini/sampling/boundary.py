@@ -52,12 +52,12 @@ class BoundarySizing:
         self.ends = np.array(ends, np.int64, order="C")
         self.options = options
         self._edges = np.concatenate([outline.edges for outline in outlines])
-        self._face = np.repeat(np.arange(len(outlines)), [len(outline.edges) for outline in outlines])
         self.uses = np.bincount(self._edges, minlength=len(ends))
         self.tables = EdgeTables(outlines, len(ends), options)
         self.legs = Legs(outlines, self.ends, options, self.tables)
         self._sharp = bool(self.legs.radius.any())
         self._no_steps = np.zeros((len(ends), 2))
+        self._unbounded = np.full((2, len(self.legs.longest)), np.inf)
         self._seen: dict[int, tuple[EdgeNodes, Boundary]] = {}
         if self._sharp:
             kernels_of_sizes.shorten_legs(*self.tables.pool, self.ends, self.legs.radius, *self._limits())
@@ -80,10 +80,17 @@ class BoundarySizing:
                 break
             before, nodes = nodes, self._place()
             kernels.find_moved(nodes.first, nodes.t, before.first, before.t, CREEP, moved)
-            dirty = sorted({*self._face[moved[self._edges] > 0].tolist(), *tangled})
+            dirty = self._faces_of(moved, tangled)
             if not dirty:
                 break
         return nodes
+
+    def _faces_of(self, moved: Byte, tangled: list[int]) -> list[int]:
+        """Faces with an edge that moved, and those tangled."""
+        if len(self.outlines) == 1:
+            return [0] if tangled or moved.any() else []
+        face = np.repeat(np.arange(len(self.outlines)), [len(outline.edges) for outline in self.outlines])
+        return sorted({*face[moved[self._edges] > 0].tolist(), *tangled})
 
     def lower_near(self, face: int, places: ArrayLike, nodes: EdgeNodes, factor: float) -> bool:
         """Ask for smaller segments of one face near ``places`` (k, 2); False when nothing changed."""
@@ -116,7 +123,7 @@ class BoundarySizing:
 
     def _limits(self) -> tuple[Float, Float, float, Float]:
         """Sizes and legs (v,) that vertices allow before grading, the growth, and the longest legs over those sizes."""
-        sizes, legs = np.full((2, len(self.legs.longest)), np.inf)
+        sizes, legs = self._unbounded.copy()
         for v, asked in self.options.vertex_size.items():
             sizes[v] = asked
         return sizes, legs, self.options.gradient, self.legs.longest

@@ -7,14 +7,14 @@ undistorted; the limit functions of the slice decide which points are inside.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fubini.sampling import _kernels_interior as kernels
+from fubini.sampling._kernels_alignment import BEST, NODE, SHIFT, lay
 from fubini.sampling._kernels_core import divide
+from fubini.sampling._kernels_interior import write_core
 from fubini.triangulation.value import Boundary, Patch
 
 Float = NDArray[np.float64]
@@ -57,7 +57,7 @@ class Core:
         scratch = np.empty((2, self.role.shape[1]), np.int32)
         c, s = self.direction
         axes = np.array([axes[0], c * axes[1] + s * axes[2], c * axes[2] - s * axes[1]])
-        kernels.write_core(self.role, self.place, axes, scratch, rim, inner, points, triangles)
+        write_core(self.role, self.place, axes, scratch, rim, inner, points, triangles)
 
 
 @dataclass(frozen=True)
@@ -73,11 +73,14 @@ class Lattice:
     core : None where it would have fewer triangles than asked.
     patch : the triangles of these nodes and those on the rim of the core. Nodes are numbered: the boundary's, then
         the rim's, then ``points``; segments: the boundary's, then the rim's.
+    direction, spacing : of the rows, a unit vector, and of the nodes on them.
     """
 
     points: Float
     core: Core | None
     patch: Patch
+    direction: tuple[float, float]
+    spacing: float
 
 
 def lattice_points(
@@ -105,28 +108,36 @@ def lattice_with_core(
 
     ``node`` : where a node of the lattice is to lie; ``shift`` is not used then.
     """
-    c, s = direction
-    turned = np.empty_like(boundary.points)
-    low_x, low_y, high_x, high_y = kernels.turned_box(boundary.points, c, -s, turned)
-    if node is not None:
-        shift = _shift((c * node[0] + s * node[1] - low_x) / size, (c * node[1] - s * node[0] - low_y) / size)
-    x0, y0 = low_x - size * (1.0 + shift[0]), low_y - size * (1.0 + shift[1])
-    columns = math.ceil((high_x - x0) / size) + 2
-    rows = math.ceil((high_y - y0) / (size * kernels.ROW)) + 2
-    role = np.zeros((rows, columns), np.uint8)
-    kernels.mark_inside(turned, boundary.segments, boundary.size, size, x0, y0, CLEARANCE, gradient, role)
+    how, at = (SHIFT, shift) if node is None else (NODE, node)
+    given, no_kinds = np.array([*at, *direction, size, 0.0, 0.0]), np.empty(0, np.int32)
+    return _laid(boundary, how, given, no_kinds, size, gradient, least)
+
+
+def best_lattice(
+    boundary: Boundary, kinds: NDArray[np.int32], size: float, gradient: float, least: int = NO_CORE
+) -> Lattice:
+    """The lattice of about ``size`` that leaves least to make up for at the boundary.
+
+    A row lies on the straight edge, and in its nodes, that suits most of the others: beside such an edge the triangles
+    are equilateral; beside one that the lattice meets by chance they make up for the difference. The lattice stays the
+    hexagonal one, turned, moved, its spacing that of the nodes on the edge. Where no straight edge has two segments of
+    about full size the rows run along x, from the lowest corner of the bounding box. ``kinds`` (c,) : of the tracks.
+    """
+    return _laid(boundary, BEST, np.empty(7), kinds, size, gradient, least)
+
+
+def _laid(
+    boundary: Boundary, how: int, lattice: Float, kinds: NDArray[np.int32], size: float, gradient: float, least: int
+) -> Lattice:
+    """The lattice that ``lay`` is told, divided."""
+    points, segments = boundary.points, boundary.segments
+    role = lay(points, segments, boundary.size, boundary.track, kinds, how, lattice, size, CLEARANCE, gradient)
     cells = role.reshape(-1)
     ends = np.flatnonzero(cells[1:] != cells[:-1])
-    place = np.array([x0, y0, size, c, s])
-    core, nodes, points, on_rim, rim, triangles, neighbours, half_edges, bare, edges = divide(
-        cells, columns, ends, least, len(turned), len(boundary.segments), place
+    _, _, c, s, spacing, x0, y0 = lattice.tolist()
+    core, nodes, inner, on_rim, rim, triangles, neighbours, half_edges, bare, edges = divide(
+        cells, role.shape[1], ends, least, len(points), len(segments), np.array([x0, y0, spacing, c, s])
     )
     patch = Patch(triangles, neighbours, half_edges, bare, edges)
-    return Lattice(points, Core(role, place[:3], on_rim, rim, nodes, core, direction) if core else None, patch)
-
-
-def _shift(x: float, y: float) -> tuple[float, float]:
-    """The shift that puts a node at (x, y), in sizes from the lowest corner of the bounding box."""
-    row = math.ceil((1.0 + y) / kernels.ROW - 1e-9)
-    column = math.ceil(1.0 + x - 0.5 * (row % 2) - 1e-9) + 0.5 * (row % 2)
-    return column - 1.0 - x, row * kernels.ROW - 1.0 - y
+    far = Core(role, np.array([x0, y0, spacing]), on_rim, rim, nodes, core, (c, s)) if core else None
+    return Lattice(inner, far, patch, (c, s), spacing)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -146,13 +145,12 @@ class EdgeTables(Sequence[Table]):
 
     def _count_closed_loops(self, outline: Outline) -> None:
         """A loop of one curve needs three segments, one of two curves two on a curved one."""
-        loops = outline.loop_first.tolist()
-        for a, b in itertools.pairwise(loops):
-            if b - a <= 2:
-                for j in range(a, b):
-                    least = 3 if b - a == 1 else (2 if outline.tracks.kinds[j] != LINE else 1)
-                    e = outline.edges[j]
-                    self.at_least[e] = max(self.at_least[e], least)
+        starts, lengths = outline.loop_first[:-1], np.diff(outline.loop_first)
+        for curves in (1, 2) if lengths.min(initial=3) < 3 else ():
+            for j in (starts[lengths == curves] + k for k in range(curves)):
+                least = 3 if curves == 1 else np.where(outline.tracks.kinds[j] != LINE, 2, 1)
+                e = outline.edges[j]
+                self.at_least[e] = np.maximum(self.at_least[e], least)
 
 
 def _every_track(outlines: list[Outline], edges: int) -> tuple[Tracks, NDArray[np.int32]]:

@@ -2,16 +2,27 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from fubini._packed import words_of
+
 LINE, CONIC, RATIONAL = 0, 1, 2
 
 
-class Tracks(NamedTuple):
+class _Table(NamedTuple):
+    """The arrays of ``Tracks``."""
+
+    kinds: NDArray[np.int32]
+    offsets: NDArray[np.int32]
+    data: NDArray[np.float64]
+
+
+class Tracks(_Table):
     """All tracks of one region: ``kinds`` (k,) int32, ``offsets`` (k,) int32 into ``data`` (.,) float64.
 
     The data of a track starts with its exact ends ``x0 y0 x1 y1``, returned as stored at t = 0 and
@@ -23,9 +34,10 @@ class Tracks(NamedTuple):
       ``degree + 1`` homogeneous control points ``w x, w y, w`` of a Bezier piece.
     """
 
-    kinds: NDArray[np.int32]
-    offsets: NDArray[np.int32]
-    data: NDArray[np.float64]
+    @functools.cached_property
+    def words(self) -> NDArray[np.int64]:
+        """See ``fubini._packed``."""
+        return words_of(self, "i1 i1 d1")
 
 
 class TrackBuilder:
