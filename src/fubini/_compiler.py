@@ -3,7 +3,8 @@
 Kernels have no closures, comprehensions, exceptions to rewrite, literals to unroll nor functions to put in before
 their types are known: a third of numba's passes look for these in every function, and make up its tables anew after
 each. And nearly every operator of a kernel has been looked up for the same types before, among templates for arrays,
-text, dates and complex numbers. Nothing here changes what comes out.
+text, dates and complex numbers. Nothing here changes what comes out, but for indices of entries of arrays: negative
+ones, which numba counts from the end after a test of every index, are not allowed in kernels.
 """
 
 from __future__ import annotations
@@ -12,9 +13,10 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any
 
-from numba.core import types
+from numba.core import cgutils, types
 from numba.core.compiler import Compiler, Flags
-from numba.core.compiler_machinery import PassManager, _pass_registry
+from numba.core.compiler_machinery import PassManager, _pass_registry, register_pass
+from numba.core.lowering import Lower
 from numba.core.typed_passes import (
     IRLegalization,
     NativeLowering,
@@ -22,7 +24,63 @@ from numba.core.typed_passes import (
     NopythonTypeInference,
     PreLowerStripPhis,
 )
+from numba.core.types.containers import BaseTuple
 from numba.core.untyped_passes import FixupArgs, IRProcessing, ReconstructSSA, TranslateByteCode
+
+
+class _Lower(Lower):
+    """numba's translation, with a shorter one of entries of arrays, whose indices are never negative."""
+
+    def lower_getitem(self, resty: Any, expr: Any, value: Any, index: Any, signature: Any) -> Any:
+        """As numba."""
+        place = self._entry(value, index)
+        if place is None:
+            return super().lower_getitem(resty, expr, value, index, signature)
+        kind = self.typeof(value.name).dtype
+        entry = self.context.unpack_value(self.builder, kind, place)
+        return self.context.cast(self.builder, entry, kind, resty)
+
+    def lower_setitem(self, target_var: Any, index_var: Any, value_var: Any, signature: Any) -> Any:
+        """As numba."""
+        place = self._entry(target_var, index_var)
+        if place is None:
+            return super().lower_setitem(target_var, index_var, value_var, signature)
+        kind = self.typeof(target_var.name).dtype
+        value = self.context.cast(self.builder, self.loadvar(value_var.name), self.typeof(value_var.name), kind)
+        self.context.pack_value(self.builder, kind, value, place)
+
+    def _entry(self, array: Any, index: Any) -> Any:
+        """Address of an entry of a contiguous array; None for what is no entry of one."""
+        kind, place = self.typeof(array.name), self.typeof(index.name)
+        kinds = tuple(place) if isinstance(place, BaseTuple) else (place,)
+        if not isinstance(kind, types.Array) or (kind.layout, kind.aligned, kind.ndim) != ("C", True, len(kinds)):
+            return None
+        if not all(isinstance(k, types.Integer) for k in kinds):
+            return None
+        if any(isinstance(k, types.IntegerLiteral) and k.literal_value < 0 for k in kinds):
+            raise IndexError("kernels count entries from the first, not from the last")
+        builder, model = self.builder, self.context.data_model_manager[kind]
+        given, at = self.loadvar(array.name), self.loadvar(index.name)
+        parts = cgutils.unpack_tuple(builder, at) if isinstance(place, BaseTuple) else (at,)
+        parts = [self.context.cast(builder, p, k, types.intp) for p, k in zip(parts, kinds, strict=True)]
+        offset, shape = parts[0], model.get_field_position("shape")
+        for axis in range(1, len(parts)):
+            size = builder.extract_value(given, (shape, axis))
+            offset = builder.add(builder.mul(offset, size, flags=("nsw",)), parts[axis], flags=("nsw",))
+        data = builder.extract_value(given, model.get_field_position("data"))
+        return builder.gep(data, [offset], inbounds=True)
+
+
+@register_pass(mutates_CFG=True, analysis_only=False)
+class _Lowering(NativeLowering):
+    """numba's pass with this translation."""
+
+    _name = "kernel_lowering"
+
+    @property
+    def lowering_class(self) -> type[Lower]:
+        return _Lower
+
 
 PASSES = (
     TranslateByteCode,
@@ -32,7 +90,7 @@ PASSES = (
     NopythonTypeInference,
     PreLowerStripPhis,
     IRLegalization,
-    NativeLowering,
+    _Lowering,
     NoPythonBackend,
 )
 

@@ -41,11 +41,11 @@ def arrays(values, table):
     """Rows, slices with steps, tuples, augmented items."""
     out = np.zeros(4, np.int64)
     row = table[1]
-    pair = (row[0], values[-1])
+    pair = (row[0], values[2])
     out[:2] = table[0, :2]
     out[2] += row[1] + int(pair[1])
     for r in table:
-        out[3] = max(out[3], r[-1])
+        out[3] = max(out[3], r[values.shape[0] - 1])
     return out
 
 
@@ -115,3 +115,10 @@ def test_what_the_passes_do_not_cover_is_refused():
 
     with pytest.raises(numba.core.errors.NumbaError):
         closure(3)
+
+    @kernel
+    def last(values):
+        return values[-1]
+
+    with pytest.raises(IndexError, match="from the first"):
+        last(np.ones(2))
