@@ -17,7 +17,7 @@ from fubini.pipeline.run import lay_pattern, outline_faces
 @pytest.mark.parametrize("pattern", ["SP13", "SP41", "ASP20", "ASP48"])
 def test_a_straight_edge_takes_the_nodes_of_one_face(pattern):
     model = load(S.plate())
-    outlines, edges, _ = outline_faces(model)
+    outlines, edges = outline_faces(model), model.numbering.edges
     points = lay_pattern(model, outlines, MeshOptions(pattern=pattern))
     nodes = pattern_nodes(len(edges), outlines, points)
     for e, index in enumerate(edges):

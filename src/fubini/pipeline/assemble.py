@@ -40,9 +40,9 @@ class Assembly:
     closed: Int | None = None
 
 
-def assemble(model: Model, outlines: list[Outline], edge_ids: NDArray[np.int64], results: list[FaceResult]) -> Assembly:
-    """Join the faces. ``edge_ids`` turns running edge numbers into CAD indices."""
-    first, index, lifted, far, segments = _joined(model, outlines, edge_ids, results)
+def assemble(model: Model, outlines: list[Outline], results: list[FaceResult]) -> Assembly:
+    """Join the faces."""
+    first, index, lifted, far, segments = _joined(model, outlines, results)
     total = len(first)
     starts = [0, *accumulate(len(r.mesh.boundary.points) for r in results)]
     inner = list(accumulate((r.mesh.inner_nodes for r in results), initial=total))
@@ -63,7 +63,7 @@ def assemble(model: Model, outlines: list[Outline], edge_ids: NDArray[np.int64],
 
 
 def _joined(
-    model: Model, outlines: list[Outline], edge_ids: NDArray[np.int64], results: list[FaceResult]
+    model: Model, outlines: list[Outline], results: list[FaceResult]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], Float, bool, tuple[Int, Int, Float]]:
     """Boundary nodes of all faces, each once, and segments.
 
@@ -91,7 +91,8 @@ def _joined(
             lowest = min(lowest, *(-1 - v for v, _ in face.points))
         at, since = at + len(boundary.points), part.stop
     apart = 0.5 * SAME_POINT * model.diagonal
-    first, index, *segments, far = kernels.join(place, param, lifted, lowest, apart, edge, t, nodes, edge_ids)
+    edges = model.numbering.edges
+    first, index, *segments, far = kernels.join(place, param, lifted, lowest, apart, edge, t, nodes, edges)
     return first, index, lifted, far, tuple(segments)
 
 

@@ -151,22 +151,22 @@ def mesh(
     clock.lap("load")
     length = min(checked.size, model.diagonal) if checked.size is not None else pick_size(model)
     check_count(model, length)
-    outlines, edge_ids, ends = outline_faces(model)
+    outlines = outline_faces(model)
     lengths = face_sizes(model, length, checked, wanted)
     asked = size_options(model, outlines, length, lengths, checked, wanted)
-    sizing = BoundarySizing(outlines, ends, asked)
-    with in_model_terms(model, edge_ids):
+    sizing = BoundarySizing(outlines, model.numbering.ends, asked)
+    with in_model_terms(model):
         pattern = lay_pattern(model, outlines, checked)
         inside = [np.array([p for _, p in face.points]).reshape(-1, 2) for face in model.faces]
         mesher = FaceMesher(sizing, lengths, checked, pattern, inside)
         clock.lap("boundary")
         results = mesher.run(progress)
     clock.lap("faces")
-    whole = assemble(model, outlines, edge_ids, results)
+    whole = assemble(model, outlines, results)
     clock.lap("assemble")
     whole, named = open_cracks(whole, name_mesh(model, whole, wanted), parting)
     clock.lap("names")
-    verdict = _certify(model, outlines, edge_ids, whole, results, checked)
+    verdict = _certify(model, outlines, whole, results, checked)
     clock.lap("certificate")
     result = _mesh_value(model, whole, named, verdict, length, clock)
     if order == 2:
@@ -176,7 +176,7 @@ def mesh(
 
 
 @contextmanager
-def in_model_terms(model: Model, edge_ids: NDArray[np.int64]) -> Iterator[None]:
+def in_model_terms(model: Model) -> Iterator[None]:
     """Errors of the stages name running numbers and plane coordinates: turn them into those of the model."""
     try:
         yield
@@ -185,7 +185,7 @@ def in_model_terms(model: Model, edge_ids: NDArray[np.int64]) -> Iterator[None]:
             raise
         face = model.faces[error.face]
         at = None if error.at is None else face.frame.to_space(error.at)[0]
-        edge = None if error.edge is None else int(edge_ids[error.edge])
+        edge = None if error.edge is None else int(model.numbering.edges[error.edge])
         raise GeometryError(
             error.message, file=model.source, face=face.index, edge=edge, at=at, fix=error.fix
         ) from error
@@ -238,17 +238,16 @@ def without_inner_edges(model: Model, pattern: str) -> Model:
     return replace(model, faces=faces, notes=(*model.notes, note))
 
 
-def outline_faces(model: Model) -> tuple[list[Outline], NDArray[np.int64], NDArray[np.int64]]:
-    """Outlines of all faces, CAD indices of their edges by running number, and vertex numbers (e, 2)."""
-    numbering = model.numbering
+def outline_faces(model: Model) -> list[Outline]:
+    """Outlines of all faces; their edges and vertices go by the running numbers of ``model.numbering``."""
     outlines = []
     for face in model.faces:
         try:
-            outlines.append(Outline.of(face.region, numbering.number.__getitem__, face.inner))
+            outlines.append(Outline.of(face.region, model.numbering.number.__getitem__, face.inner))
         except FubiniError as error:
             error.file, error.face = error.file or model.source, face.index
             raise
-    return outlines, numbering.edges, numbering.ends
+    return outlines
 
 
 def lay_pattern(model: Model, outlines: list[Outline], options: MeshOptions) -> list[PatternPoints] | None:
@@ -262,7 +261,6 @@ def lay_pattern(model: Model, outlines: list[Outline], options: MeshOptions) -> 
 def _certify(
     model: Model,
     outlines: list[Outline],
-    edge_ids: NDArray[np.int64],
     whole: Assembly,
     results: list[FaceResult],
     options: MeshOptions,
@@ -283,7 +281,7 @@ def _certify(
         outline, outcome = outlines[k], results[k].outcome
         return certificate.certify_face(
             model.faces[k], whole.points, whole.triangles[part],
-            _judged(model, outline, edge_ids[outline.edges], whole, results[k], part, whole.nodes_of_face[k]),
+            _judged(model, outline, whole, results[k], part, whole.nodes_of_face[k]),
             partial(evaluate, outline.exact), diagonal=model.diagonal, moves=outcome.moves,
             budget_exhausted=outcome.budget_exhausted, number=scratch.number, **bounds,
         )  # fmt: skip
@@ -302,14 +300,13 @@ def _certify(
 def _judged(
     model: Model,
     outline: Outline,
-    ids: NDArray[np.int64],
     whole: Assembly,
     result: FaceResult,
     part: slice,
     numbers: NDArray[Any],
 ) -> certificate.Outline:
     """The boundary of a face, whose triangles are this part of the whole, tied to its curves."""
-    boundary = result.mesh.boundary
+    boundary, edges = result.mesh.boundary, model.numbering.edges[outline.edges].tolist()
     segments = lips(whole, part, numbers[boundary.segments].astype(np.int32))
     first = np.flatnonzero(boundary.t[:, 0] == np.where(outline.forward, 0.0, 1.0)[boundary.track])
     return certificate.Outline(
@@ -318,8 +315,8 @@ def _judged(
         t=boundary.t,
         corners=segments[first, 0],
         angles=outline.angles[boundary.track[first]],
-        edges=dict(enumerate(ids.tolist())),
-        slack=max(model.edges[int(e)].tolerance for e in ids),
+        edges=dict(enumerate(edges)),
+        slack=max(model.edges[e].tolerance for e in edges),
     )
 
 
