@@ -20,7 +20,7 @@ from numba.core.typing.templates import AttributeTemplate
 from numba.extending import infer_getattr, intrinsic, lower_getattr_generic
 from numba.np.numpy_support import from_dtype
 
-from fubini._packed import LETTERS
+from fubini._packed import LETTERS, row_of
 
 #: Types that the letters of ``fubini._packed`` stand for.
 KINDS = {letter: from_dtype(kind) for letter, kind in LETTERS.items()}
@@ -29,9 +29,9 @@ KINDS = {letter: from_dtype(kind) for letter, kind in LETTERS.items()}
 class Reference(types.Type):
     """The address of a named tuple that outlives all uses."""
 
-    def __init__(self, value: Any) -> None:
-        self.value = value
-        digest = hashlib.sha256(value.name.encode()).hexdigest()[:12]
+    def __init__(self, value: Any, rows: tuple[int, ...]) -> None:
+        self.value, self.rows = value, rows
+        digest = hashlib.sha256(f"{value.name} {rows}".encode()).hexdigest()[:12]
         super().__init__(name=f"{value.instance_class.__name__}_{digest}")
 
 
@@ -54,8 +54,12 @@ class _ReferenceFields(AttributeTemplate):
 @lower_getattr_generic(Reference)
 def _lower_field(context: Any, builder: Any, kind: Reference, address: Any, field: str) -> Any:
     index = kind.value.fields.index(field)
-    value = builder.load(cgutils.gep_inbounds(builder, address, 0, index))
-    return impl_ret_borrowed(context, builder, kind.value.types[index], value)
+    value, array = builder.load(cgutils.gep_inbounds(builder, address, 0, index)), kind.value.types[index]
+    if array.ndim > 1:
+        # a number in place of one read: rows are then found without multiplying
+        shape = context.data_model_manager[array].get_field_position("shape")
+        value = builder.insert_value(value, context.get_constant(types.intp, kind.rows[index]), (shape, 1))
+    return impl_ret_borrowed(context, builder, array, value)
 
 
 def reader(kind: type, fields: str) -> Any:
@@ -64,7 +68,10 @@ def reader(kind: type, fields: str) -> Any:
     fields : types of the arrays, as ``words_of`` takes them. Raises ``TypeError`` where numba lays arrays out in
     another way than ``words_of``.
     """
-    arrays = tuple(types.Array(KINDS[text[0]], int(text[1]), "C") for text in fields.split())
+    lengths = tuple(row_of(field) for field in fields.split())
+    arrays = tuple(
+        types.Array(KINDS[field[0]], 1 + (n > 0), "C") for field, n in zip(fields.split(), lengths, strict=True)
+    )
     value = NamedTuple(arrays, kind)
     expected = 8 * sum(5 + 2 * array.ndim for array in arrays)
 
@@ -82,6 +89,6 @@ def reader(kind: type, fields: str) -> Any:
             cgutils.raw_memcpy(builder, frame, given, context.get_constant(types.intp, expected // 8), 8)
             return frame
 
-        return Reference(value)(words), copy
+        return Reference(value, lengths)(words), copy
 
     return read

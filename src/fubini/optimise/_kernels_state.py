@@ -91,7 +91,7 @@ class StateArrays(NamedTuple):
 
 
 #: Types of these, see ``fubini._packed``.
-STATE_FIELDS = "d2 b1 d1 b1 i1 i2 i2 i1 i1 i1 i1 d1 i1 i1 i1 i1 i1 d2 b1 l1 d1 i1 i1 d1"
+STATE_FIELDS = "d2 b d b i i3 i3 i i i i d i i i i i d2 b l d i i d"
 
 
 class State(StateArrays):
@@ -136,7 +136,7 @@ class WorkArrays(NamedTuple):
 
 
 #: Types of these.
-WORK_FIELDS = "l1 l1 l1 l1 d1 d1 l1 l1 d1 d1 d2 l2 l2 l1 l1 l1 l1 d2 l1 l1"
+WORK_FIELDS = f"l l l l d d l l d d d{LIMIT} l{LIMIT} l3 l l l l d4 l l"
 
 
 class Work(WorkArrays):

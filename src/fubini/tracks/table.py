@@ -37,7 +37,7 @@ class Tracks(_Table):
     @functools.cached_property
     def words(self) -> NDArray[np.int64]:
         """See ``fubini._packed``."""
-        return words_of(self, "i1 i1 d1")
+        return words_of(self, "i i d")
 
 
 class TrackBuilder:
