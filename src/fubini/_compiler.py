@@ -9,10 +9,12 @@ ones, which numba counts from the end after a test of every index, are not allow
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from functools import partial
 from typing import Any
 
+from llvmlite import ir
 from numba.core import cgutils, types
 from numba.core.compiler import Compiler, Flags
 from numba.core.compiler_machinery import PassManager, _pass_registry, register_pass
@@ -26,6 +28,8 @@ from numba.core.typed_passes import (
 )
 from numba.core.types.containers import BaseTuple
 from numba.core.untyped_passes import FixupArgs, IRProcessing, ReconstructSSA, TranslateByteCode
+
+from fubini._turns import CHECK
 
 
 class _Lower(Lower):
@@ -63,12 +67,23 @@ class _Lower(Lower):
         given, at = self.loadvar(array.name), self.loadvar(index.name)
         parts = cgutils.unpack_tuple(builder, at) if isinstance(place, BaseTuple) else (at,)
         parts = [self.context.cast(builder, p, k, types.intp) for p, k in zip(parts, kinds, strict=True)]
-        offset, shape = parts[0], model.get_field_position("shape")
-        for axis in range(1, len(parts)):
-            size = builder.extract_value(given, (shape, axis))
-            offset = builder.add(builder.mul(offset, size, flags=("nsw",)), parts[axis], flags=("nsw",))
+        shape = model.get_field_position("shape")
+        sizes = [builder.extract_value(given, (shape, axis)) for axis in range(len(parts))]
+        if CHECK in os.environ:
+            self._check(parts, sizes)
+        offset = parts[0]
+        for part, size in zip(parts[1:], sizes[1:], strict=True):
+            offset = builder.add(builder.mul(offset, size, flags=("nsw",)), part, flags=("nsw",))
         data = builder.extract_value(given, model.get_field_position("data"))
         return builder.gep(data, [offset], inbounds=True)
+
+    def _check(self, parts: list[Any], sizes: list[Any]) -> None:
+        """End the process at an index that is negative or no less than the size: what lies there is not the array's."""
+        builder = self.builder
+        for part, size in zip(parts, sizes, strict=True):
+            with builder.if_then(builder.icmp_unsigned(">=", part, size), likely=False):
+                kind = ir.FunctionType(ir.VoidType(), [])
+                builder.call(cgutils.get_or_insert_function(builder.module, kind, "llvm.trap"), [])
 
 
 @register_pass(mutates_CFG=True, analysis_only=False)

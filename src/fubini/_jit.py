@@ -29,14 +29,14 @@ from numba.core.types.misc import unliteral
 from numpy.typing import NDArray
 
 from fubini._compiler import KernelCompiler
-from fubini._turns import turn
+from fubini._turns import CHECK, turn
 
 
 @functools.cache
 def source_digest() -> str:
     """Digest over all kernel sources of the package and the versions that compile them."""
     root = Path(__file__).parent
-    digest = hashlib.sha256(f"{sys.version}|{numba.__version__}|{np.__version__}".encode())
+    digest = hashlib.sha256(f"{sys.version}|{numba.__version__}|{np.__version__}|{CHECK in os.environ}".encode())
     compiling = (root / f"{name}.py" for name in ("_jit", "_compiler", "_reference"))
     for path in sorted([*root.rglob("_kernels*.py"), *compiling]):
         digest.update(str(path.relative_to(root)).encode())

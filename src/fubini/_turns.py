@@ -20,6 +20,8 @@ from pathlib import Path
 LONGEST = 120.0
 #: Set in the environment of a helper, which starts no other; or by those who want none.
 ALONE = "FUBINI_COMPILE_ALONE"
+#: Set in the environment of a process, its kernels check every index (see ``fubini._compiler``).
+CHECK = "FUBINI_CHECK_INDICES"
 
 _started: list[subprocess.Popen[bytes] | None] = []
 
