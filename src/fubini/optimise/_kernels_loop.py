@@ -296,6 +296,8 @@ def drive(S, W, task, top, goal, share):
     if goal > 0.0:
         if not known:
             find_low(S, bound)
-        polish(S, W, goal, int(share * (4000.0 + 200.0 * math.sqrt(S.counts[TRIANGLES]))))
+        m = S.counts[TRIANGLES]
+        # all that is done for a triangle of a small mesh takes as long as 4.5 visits
+        polish(S, W, goal, int(share * min(4.5 * m, 4000.0 + 200.0 * math.sqrt(m))))
     judge(S)
     return status, total
