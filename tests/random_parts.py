@@ -1,6 +1,7 @@
 """Random solids through a CAD kernel: outlines extruded or revolved, then holes, pockets, fillets, chamfers, shells.
 
-Every part follows from its seed alone. What the kernel refuses to build is left out of the part.
+Every part follows from its seed alone. What the kernel refuses to build is left out of the part; bodies that it calls
+invalid, such as a profile that crosses itself, are drawn again.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ import numpy as np
 def random_part(seed: int) -> Any:
     """A ``build123d.Part`` of one solid or more."""
     rng = np.random.default_rng(seed)
-    part = _BODIES[seed % len(_BODIES)](rng)
+    part = next(body for body in iter(lambda: _BODIES[seed % len(_BODIES)](rng), None) if body.is_valid)
     for _ in range(int(rng.integers(1, 5))):
         feature = _FEATURES[int(rng.integers(len(_FEATURES)))]
         part = _tried(lambda: feature(rng, part), part)  # noqa: B023 - called at once

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 import struct
 
 import pytest
@@ -11,7 +12,8 @@ from OCP.BinTools import BinTools, BinTools_ShapeSet
 from cad import shapes as S
 from fubini.cad import load, occ
 from fubini.cad.binary import read_binary
-from fubini.errors import InputError
+from fubini.cad.shapeset import check_shapes
+from fubini.errors import GeometryError, InputError
 
 
 def by_the_kernel(shape) -> bytes:
@@ -61,3 +63,52 @@ def test_a_reference_to_nothing_is_refused(tmp_path):
     path.write_bytes(data[:-12] + struct.pack("<3i", 999, 0, 0))
     with pytest.raises(InputError, match="no reference to a shape"):
         load(path)
+
+
+@pytest.mark.parametrize(
+    ("back", "wrong"),
+    [
+        (19, b"\x5e"),  # orientation of the last part of the last shape
+        (18, struct.pack("<i", 0)),  # its number, counted from the last shape: one that comes later
+        (18, struct.pack("<i", 1)),  # the shape itself
+        (18, struct.pack("<i", 999)),
+        (14, struct.pack("<i", 77)),  # its place
+        (14, struct.pack("<i", -1)),
+        (4, struct.pack("<i", 77)),  # the place of the whole
+    ],
+)
+def test_a_reference_to_nothing_never_reaches_the_kernel(back, wrong, tmp_path):
+    """The kernel follows such numbers unseen, and crashes."""
+    data = by_the_kernel(occ.compound([S.box()]))
+    at = len(data) - back
+    path = tmp_path / "a.brep"
+    path.write_bytes(data[:at] + wrong + data[at + len(wrong) :])
+    with pytest.raises(InputError, match="damaged"):
+        load(path)
+
+
+def test_geometry_that_is_not_there_never_reaches_the_kernel():
+    data = by_the_kernel(S.plate())
+    check_shapes(data)
+    first = re.search(rb"TShapes \d+\n", data).end()
+    mark = first + 1 + 32  # the first shape is a vertex: its kind, tolerance and place, then marks of geometry
+    assert data[first] == 7 and data[mark] == 0
+    with pytest.raises(ValueError, match="unknown kind"):
+        check_shapes(data[:mark] + b"\x09" + data[mark + 1 :])
+    with pytest.raises(ValueError, match="not there"):
+        check_shapes(data.replace(b"Surfaces 7", b"Surfaces 6"))
+    with pytest.raises(ValueError, match="missing"):
+        check_shapes(data.replace(b"Curve2ds", b"Curve2dz"))
+
+
+def test_what_the_kernel_cannot_measure_is_told(monkeypatch):
+    class Refuses:
+        @staticmethod
+        def SurfaceProperties_s(*_):
+            raise ArithmeticError
+
+        SurfaceProperties = SurfaceProperties_s
+
+    monkeypatch.setattr("fubini.cad.build.BRepGProp", Refuses)
+    with pytest.raises(GeometryError, match="cannot measure this face"):
+        load(S.box())

@@ -7,7 +7,8 @@ import math
 import numpy as np
 import pytest
 from OCP.BRepAdaptor import BRepAdaptor_Curve
-from OCP.BRepBuilderAPI import BRepBuilderAPI_NurbsConvert, BRepBuilderAPI_Transform
+from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_NurbsConvert, BRepBuilderAPI_Transform
+from OCP.BRepFill import BRepFill
 from OCP.Geom import (
     Geom_BezierCurve,
     Geom_BSplineCurve,
@@ -382,3 +383,17 @@ def test_knots_of_a_converted_curve_join_smoothly():
     for k in np.unique(read.knots)[1:-1]:
         t = k / 5.0
         assert np.allclose(flat.derivative(t - 1e-9), flat.derivative(t + 1e-9), atol=1e-5)
+
+
+@pytest.mark.parametrize(("rise", "flat"), [(4e-7, True), (6e-7, False), (1e-6, False), (1e-5, False)])
+def test_a_ruled_surface_is_flat_only_within_the_tolerance(rise, flat):
+    """Between two edges that are not quite parallel it stays a quarter of the rise off a plane; the kernel allows twice
+    the tolerance."""
+    pairs = [[(0, 0, 0), (1, 0, 0)], [(0, 1, 0), (1, 1, rise)]]
+    edges = [BRepBuilderAPI_MakeEdge(*(gp_Pnt(*map(float, p)) for p in pair)).Edge() for pair in pairs]
+    face = occ.static(BRepFill, "Face")(*edges)
+    if flat:
+        assert fubini.mesh(face, 0.3).certificate.certified
+    else:
+        with pytest.raises(InputError, match=r"planar \(bspline\)"):
+            load(face)

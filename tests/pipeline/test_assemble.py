@@ -18,11 +18,16 @@ def face(index: int, edges: tuple[int, ...], forward: tuple[bool, ...], frame: F
     return Face(index, Region(Loop(tuple(lines), edges, forward)), frame)
 
 
-def bent(gap: float) -> Model:
-    """A floor and a wall that stands on its edge x = 0, the wall ``gap`` too high and too far left."""
+def bent(gap: float, angle: float = 90.0) -> Model:
+    """A floor and a wall that stands on its edge x = 0, the wall ``gap`` too high and too far left.
+
+    Under another ``angle`` (degrees) it leans back over x < 0.
+    """
     x, y, z = np.eye(3)
+    turn = np.radians(angle)
     floor = face(0, (0, 1, 2, 3), (True,) * 4, Frame(np.zeros(3), x, y))
-    wall = face(1, (3, 4, 5, 6), (False, True, True, True), Frame(np.array([-gap, 0.0, gap]), y, z))
+    up = z if angle == 90.0 else np.array([-np.cos(turn), 0.0, np.sin(turn)])
+    wall = face(1, (3, 4, 5, 6), (False, True, True, True), Frame(np.array([-gap, 0.0, gap]), y, up))
     ends = [(0, 1), (1, 2), (2, 3), (3, 0), (3, 4), (4, 5), (5, 0)]
     edges = {i: Edge(i, "line", a, b, tolerance=2.0 * gap) for i, (a, b) in enumerate(ends)}
     corners = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 1, 1), (0, 0, 1)]
@@ -41,3 +46,12 @@ def test_shared_nodes_lie_on_all_their_planes(gap):
     assert shared[:, 1].min() == pytest.approx(0.0, abs=1e-15)
     others = np.setdiff1d(mesh.segments[mesh.edge_of_segment < 3], common)
     assert np.abs(mesh.points[others][:, 2]).max() == 0.0
+
+
+def test_nodes_between_planes_that_are_almost_one_stay_at_their_edge():
+    """Where the planes meet is thirty times as far off the edge as they are from each other."""
+    gap = 1e-7
+    mesh = fubini.mesh(bent(gap, angle=2.0), 0.15)
+    assert mesh.certificate.certified
+    shared = mesh.points[np.unique(mesh.segments[mesh.edge_of_segment == 3])]
+    assert np.abs(shared[:, [0, 2]]).max() < 3.0 * gap

@@ -10,7 +10,12 @@ import pytest
 
 pytest.importorskip("OCP")
 
-from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakeWire
+from OCP.BRepBuilderAPI import (
+    BRepBuilderAPI_MakeEdge,
+    BRepBuilderAPI_MakeFace,
+    BRepBuilderAPI_MakePolygon,
+    BRepBuilderAPI_MakeWire,
+)
 from OCP.BRepPrimAPI import BRepPrimAPI_MakePrism
 from OCP.GC import GC_MakeArcOfCircle
 from OCP.gp import gp_Pnt, gp_Vec
@@ -72,3 +77,51 @@ def test_slender_wedges_with_walls_do_not_shrink_their_own_legs(degrees):
     assert c.certified
     assert c.flawed == c.unavoidable == 2
     assert c.triangles < 1000
+
+
+def flat(*points):
+    wire = BRepBuilderAPI_MakePolygon()
+    for point in points:
+        wire.Add(gp_Pnt(*map(float, point)))
+    wire.Close()
+    return BRepBuilderAPI_MakeFace(wire.Wire()).Face()
+
+
+def corner(degrees, upright):
+    """A triangle with this angle at the origin and one side on the x axis, in the plane of x and y or of x and z."""
+    rise = 10.0 * math.tan(math.radians(degrees))
+    return flat((0, 0, 0), (10, 0, 0), (10, 0, rise) if upright else (10, rise, 0))
+
+
+@pytest.mark.parametrize("wide", [25.0, 26.6, 30.0])
+def test_a_slender_corner_leaves_room_for_a_wider_one_on_its_leg(wide):
+    """The wider corner has one triangle as well, beside which the next segment must not be too short."""
+    mesh = fubini.mesh([corner(wide, upright=False), corner(4.1, upright=True)], 3.0, imprint=True)
+    c = mesh.certificate
+    assert c.certified and c.flawed == c.unavoidable == 1
+    shared = (mesh.points[:, 1:] == 0.0).all(axis=1)
+    first, second = np.diff(np.sort(mesh.points[shared, 0]))[:2]
+    assert first < 9.0 * second
+
+
+@pytest.mark.parametrize(("width", "size"), [(0.5, 10.0), (0.5, 3.0), (0.1, 10.0)])
+def test_a_leg_across_a_narrow_part_of_another_face_is_shortened(width, size):
+    strip = flat((-3, 0, 0), (10, 0, 0), (10, width, 0), (-3, width, 0))
+    mesh = fubini.mesh([strip, corner(10.0, upright=True)], size, imprint=True)
+    c = mesh.certificate
+    assert c.certified and c.flawed == c.unavoidable == 1
+    x = np.sort(mesh.points[(mesh.points[:, 1:] == 0.0).all(axis=1), 0])
+    assert x[x > 0.0][0] < 1.5 * width
+
+
+@pytest.mark.parametrize("turn", [5.0, 7.8, 12.0])
+@pytest.mark.parametrize("size", [5.0, 1.0])
+def test_a_cusp_with_walls_on_a_short_arc(turn, size):
+    """Two thirds of the arc may be needed for a leg that both walls can stand."""
+    a, radius = math.radians(turn), 2.0
+    middle, end = ((radius * math.sin(b), radius * (1.0 - math.cos(b))) for b in (0.5 * a, a))
+    top = (20.0, end[1] + (20.0 - end[0]) * math.tan(a))
+    part = plate([(0, 0), (20, 0)], [(20, 0), top], [top, end], [end, middle, (0, 0)], height=10.0)
+    c = fubini.mesh(part, size).certificate
+    assert c.certified
+    assert c.flawed == c.unavoidable == 2

@@ -6,6 +6,8 @@ import io
 import struct
 from typing import Any
 
+from fubini.cad.shapeset import check_shapes
+
 HEAD = b"Open CASCADE Topology"
 _SIDES = ("TopAbs_FORWARD", "TopAbs_REVERSED", "TopAbs_INTERNAL", "TopAbs_EXTERNAL")
 
@@ -20,7 +22,8 @@ def read_binary(data: bytes) -> Any:
 
     The kernel ends with orientation (one byte), shape number counted from the last, and location number; FreeCAD
     with shape number counted from the first, location number and orientation. Both follow the ``*`` that ends
-    the last shape of the set. Raises ``ValueError`` where neither is there; the kernel raises its own errors.
+    the last shape of the set. Raises ``ValueError`` where neither is there or a shape refers to nothing; the kernel
+    raises its own errors.
     """
     from OCP.BinTools import BinTools_ShapeSet
     from OCP.TopAbs import TopAbs_Orientation
@@ -32,12 +35,15 @@ def read_binary(data: bytes) -> Any:
         number, location, orientation = struct.unpack("<3i", data[-12:])
     else:
         raise ValueError("it is cut short")
+    check_shapes(data)
     shapes = BinTools_ShapeSet()
     shapes.Read(io.BytesIO(data))
     if last:
         number = shapes.NbShapes() - last + 1
     if not (1 <= number <= shapes.NbShapes() and 0 <= location and 0 <= orientation < len(_SIDES)):
         raise ValueError("it ends with no reference to a shape")
+    if location > shapes.Locations().NbLocations():
+        raise ValueError("it ends with no reference to a place")
     shape = shapes.Shape(number)
     shape.Location(shapes.Locations().Location(location), False)
     shape.Orientation(getattr(TopAbs_Orientation, _SIDES[orientation]))

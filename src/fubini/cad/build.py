@@ -177,7 +177,7 @@ class _Builder:
             for loop in loops[1:]
             if loop.signed_area * loops[0].signed_area > 0.0
         ]
-        if not abs(region.area) > _NO_AREA * region.perimeter**2:
+        if not abs(region.area) > _NO_AREA * region.perimeter * region.perimeter:
             raise GeometryError(
                 f"a face of no area ({region.area:.3g})", at=frame.to_space(region.outer.curves[0].start)[0]
             )
@@ -265,7 +265,12 @@ def _area(face: Any, simple: bool) -> float:
     """The kernel's own figure; its fixed quadrature is exact on lines and circles only."""
     properties = GProp_GProps()
     measure = occ.static(BRepGProp, "SurfaceProperties")
-    measure(face, properties, *(() if simple else (_AREA_ACCURACY,)))
+    try:
+        measure(face, properties, *(() if simple else (_AREA_ACCURACY,)))
+    except Exception as error:  # the kernel raises its own classes, which share no other base
+        raise GeometryError(
+            f"the CAD kernel cannot measure this face ({type(error).__name__})", fix="heal the model"
+        ) from None
     return abs(float(properties.Mass()))
 
 

@@ -31,6 +31,9 @@ _ALIGNED = 1e-12
 
 _PROBES = (0.5, 0.25, 0.75, 0.1, 0.9)
 
+#: Points in each direction at which a surface is compared with a plane.
+_GRID = 7
+
 
 def face_plane(face: Any, tolerance: float) -> tuple[Float, Float] | None:
     """A point (3,) of the plane of a ``TopoDS_Face`` and the unit normal (3,), or None when it is not flat.
@@ -54,6 +57,8 @@ def face_plane(face: Any, tolerance: float) -> tuple[Float, Float] | None:
             return None
         plane = test.Plan()
         normal = occ.xyz(plane.Axis().Direction())
+        if _leaves(face, occ.xyz(plane.Location()), normal) > tolerance:  # the kernel allows itself several times that
+            return None
         if np.dot(normal, _surface_normal(face)) < 0.0:
             normal = -normal
     if (face.Orientation() == Orientation.TopAbs_REVERSED) != occ.mirrored(face):
@@ -89,6 +94,15 @@ def make_frame(point: Float, normal: Float, middle: Float) -> Frame:
         x = np.cross(normal, (1.0, 0.0, 0.0))
     x = x / np.linalg.norm(x)
     return Frame(foot, x, np.cross(normal, x))
+
+
+def _leaves(face: Any, point: Float, normal: Float) -> float:
+    """Largest distance from a plane of a grid of points on the surface, over the range that the face uses."""
+    adaptor = BRepAdaptor_Surface(face)
+    us = np.linspace(adaptor.FirstUParameter(), adaptor.LastUParameter(), _GRID).tolist()
+    vs = np.linspace(adaptor.FirstVParameter(), adaptor.LastVParameter(), _GRID).tolist()
+    grid = np.array([occ.xyz(adaptor.Value(u, v)) for u in us for v in vs])
+    return float(np.abs((grid - point) @ (normal / np.linalg.norm(normal))).max())
 
 
 def _surface_normal(face: Any) -> Float:

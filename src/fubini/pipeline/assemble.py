@@ -117,7 +117,8 @@ def _reconcile(
     """Move nodes whose faces lift them to different places onto the planes of all these faces, in place.
 
     CAD edges lie on their faces within a tolerance only. The nearest point on all planes is the
-    least-squares solution of smallest norm.
+    least-squares solution of smallest norm. Where planes that are almost one meet it may be far off: no node moves
+    further than its places lie apart.
     """
     gap = np.linalg.norm(lifted - points[index], axis=1)
     apart = np.unique(index[gap > SAME_POINT * diagonal])
@@ -130,4 +131,6 @@ def _reconcile(
         middle = lifted[copies].mean(axis=0)
         normals = np.array([frames[f].normal for f in owners[copies]])
         offset = np.array([frames[f].normal @ (frames[f].origin - middle) for f in owners[copies]])
-        points[node] = middle + np.linalg.lstsq(normals, offset, rcond=1e-6)[0]
+        step = np.linalg.lstsq(normals, offset, rcond=1e-6)[0]
+        length, most = np.linalg.norm(step), np.linalg.norm(lifted[copies] - middle, axis=1).max()
+        points[node] = middle + (step if length <= 2.0 * most else step * (2.0 * most / length))

@@ -177,7 +177,7 @@ class BoundarySizing:
             return True
         missing = 1
         while missing > 0:
-            want, narrow, self.tables.fill, missing = kernels.look_across(
+            want, across, narrow, self.tables.fill, missing = kernels.look_across(
                 boundary.points, boundary.segments, boundary.track, boundary.t, boundary.size, boundary.angle,
                 outline.edges, triangles, neighbours, SHARP, options.gradient, options.gap,
                 options.smallest * options.size, RESOLVED, LEG_RESOLVED, *self.tables.pool, self.tables.fill, changed,
@@ -186,6 +186,8 @@ class BoundarySizing:
                 self.tables.grow(missing)
         if narrow and self._sharp:
             self._shorten(outline, boundary, want, changed)
+        if self._sharp:
+            changed[list(self.legs.make_room(outline, boundary, across))] = 1
         return False
 
     def _untangle(self, face: int, boundary: Boundary, lost: NDArray[np.int32], changed: Byte) -> None:

@@ -6,6 +6,7 @@ other side of the edge has to stand.
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable
 
@@ -25,9 +26,14 @@ SHARP = 50.0
 NARROW = 27.0
 #: Share of the shorter edge that the triangle of a sharp corner may take.
 LEG_SHARE = 0.34
+#: ... and that a leg beside a wall may take of an edge that has no other leg.
+LONG_SHARE = 0.9
 #: Where a leg borders another face too, the next segment there must not be shorter by more than this: five valid
 #: triangles about a node on a straight edge span at most a ratio of 16.3.
 STEP = 8.0
+#: Sharp corners so many times as wide as that of the leg are walls to it as well: between the base of their triangle
+#: and the next segment there are three valid triangles at most, which span a ratio of 5.
+WIDER = 4.0
 #: Where that cannot be had, a ratio up to this is tried ...
 LARGEST_STEP = 15.0
 #: ... and legs much longer than asked are made as long as this needs.
@@ -36,6 +42,8 @@ LONG_STEP = 12.0
 MOST_GAPS = (2.8, 1.95)
 #: For the sake of ``STEP`` a leg may be this many times as long as asked; for ``LONG_STEP`` as long as need be.
 LONGEST_LEG = 1.7
+#: In a face where it belongs to no sharp corner, a leg may be longer than the gap across it allows by one over this.
+ROOM = 0.85
 #: Other edges at the vertex of a leg longer than asked start with a segment no shorter than the leg over this.
 BESIDE_LEG = 2.0
 #: ... and over the length of the shortest edge at its vertex, such as the height of the wall, no more than this.
@@ -49,6 +57,7 @@ class Legs:
     ----------
     radius : (e, 2) length of the first and of the last segment of an edge; 0 where it is no leg.
     held : (e, 2) legs that no face may split.
+    lengthened : (e, 2) legs that are as long as a wall beside them needs.
     longest : (v,) longest leg over the size at a vertex.
     narrowest : (e, 2) least angle (degrees) of the sharp corners, of whatever faces, that a leg belongs to.
     """
@@ -58,10 +67,10 @@ class Legs:
     ) -> None:
         self.outlines, self.ends, self.options, self.tables = outlines, ends, options, tables
         self.radius = np.zeros((len(ends), 2))
-        self.held = np.zeros((len(ends), 2), bool)
+        self.held, self.lengthened = np.zeros((2, len(ends), 2), bool)
         self.narrowest = np.full((len(ends), 2), SHARP)
         self.longest = np.ones(int(ends.max(initial=-1)) + 1)
-        self._walled: list[tuple[Outline, int, int, float]] = []
+        self._walled: list[tuple[Outline, int, int, float, list[tuple[int, int]]]] = []
         for face, outline in enumerate(outlines):
             if outline.angles.min() < SHARP:
                 self._protect_corners(outline, options.fields[face] if options.fields is not None else None)
@@ -90,8 +99,8 @@ class Legs:
 
     def lengthen(self) -> None:
         """Lengthen legs that lie beside another face too, where the next segment would be too short for that face."""
-        flat = self._wall_ends = self._flat_ends()
-        if not (flat & (self.radius > 0.0)).any():
+        widest = self._widest_corners()
+        if not (is_wall(widest, self.narrowest) & (self.radius > 0.0)).any():
             return
         shortest = np.full(len(self.longest), np.inf)
         for (_t, s, _h), ends in zip(self.tables, self.ends, strict=True):
@@ -99,27 +108,26 @@ class Legs:
         for outline in self.outlines:
             for c, before in outline.pairs():
                 sides = corner_sides(outline, c, before)
-                walls = sum(bool(flat[side]) for side in sides)
+                walls = [side for side in sides if is_wall(widest[side], outline.angles[c])]
                 if outline.angles[c] >= SHARP or not walls or self.radius[sides[0]] == 0.0:
                     continue
-                self._walled.append((outline, c, before, MOST_GAPS[walls - 1]))
+                self._walled.append((outline, c, before, MOST_GAPS[len(walls) - 1], walls))
                 v = int(self.ends[sides[0]])
                 leg = float(self.radius[sides[0]])
                 longer = self._leg_beside_wall(outline, c, before, leg, float(shortest[v]))
                 if longer > leg:
                     self.longest[v] *= longer / leg
                     for side in sides:
-                        self.radius[side] = longer
+                        self.radius[side], self.lengthened[side] = longer, True
 
-    def _flat_ends(self) -> NDArray[np.bool_]:
-        """Which edge ends (e, 2) lie at a corner of some face that is not sharp."""
-        flat = np.zeros((len(self.ends), 2), bool)
+    def _widest_corners(self) -> Float:
+        """Angle in degrees of the widest corner, of whatever face, at each end of the edges (e, 2)."""
+        widest = np.zeros((len(self.ends), 2))
         for outline in self.outlines:
             for c, before in outline.pairs():
-                if outline.angles[c] >= SHARP:
-                    for side in corner_sides(outline, c, before):
-                        flat[side] = True
-        return flat
+                for side in corner_sides(outline, c, before):
+                    widest[side] = max(widest[side], outline.angles[c])
+        return widest
 
     def _leg_beside_wall(self, outline: Outline, c: int, before: int, start: float, shortest: float) -> float:
         """Lengthen the leg from ``start`` until a next segment of no less than the leg over ``STEP`` fits the gap.
@@ -128,8 +136,9 @@ class Legs:
         Unchanged where that misses ``LARGEST_STEP``, too, and in a wedge, where length gains nothing.
         """
         size, most_gaps = self.options.size, self._walled[-1][3]
-        edges = (int(outline.edges[j]) for j in (c, before))
-        most = min(WALL_SHARE * shortest, LEG_SHARE * min(self.tables[e][1][-1] for e in edges))
+        room = [(LEG_SHARE if self.radius[e].all() else LONG_SHARE) * self.tables[e][1][-1]
+                for e in outline.edges[[c, before]].tolist()]  # fmt: skip
+        most = min(WALL_SHARE * shortest, *room)
         leg, gap = start, self._opening(outline, c, before, start)
         for step, longest in ((STEP, LONGEST_LEG * size), (LONG_STEP, np.inf)):
             while step * most_gaps * gap < leg and 1.05 * leg <= min(most, longest):
@@ -150,17 +159,16 @@ class Legs:
         They are stretched, as far as valid triangles across the gap go, to be no less than the leg over ``STEP``.
         """
         steps = np.zeros((len(self.ends), 2))
-        for outline, c, before, most_gaps in self._walled:
+        for outline, c, before, most_gaps, walls in self._walled:
             sides = corner_sides(outline, c, before)
             leg = float(radius[sides[0]])
             gap = self._opening(outline, c, before, leg)
             gaps = leg / (STEP * gap)
             if gaps <= self.options.gap or LARGEST_STEP * most_gaps * gap < leg:
                 continue
-            for side in sides:
-                if self._wall_ends[side]:
-                    step = min(max(self.options.size, leg / LARGEST_STEP), min(gaps, most_gaps) * gap)
-                    steps[side] = min(steps[side], step) if steps[side] > 0.0 else step
+            for side in walls:
+                step = min(max(self.options.size, leg / LARGEST_STEP), min(gaps, most_gaps) * gap)
+                steps[side] = min(steps[side], step) if steps[side] > 0.0 else step
             self._start_beside(int(self.ends[sides[0]]), leg, steps)
         return steps
 
@@ -213,6 +221,23 @@ class Legs:
                 changed.add(e)
         return changed
 
+    def make_room(self, outline: Outline, boundary: Boundary, across: Float) -> set[int]:
+        """Shorten legs that belong to corners of other faces and are longer than the gap ``across`` (k,) them in this.
+
+        Those that were lengthened stay: shorter ones leave more flaws. Returns the edges.
+        """
+        changed: set[int] = set()
+        ends = boundary.points[boundary.segments]
+        ratio = across / np.hypot(*(ends[:, 1] - ends[:, 0]).T)
+        for k in np.flatnonzero(ratio < ROOM).tolist():
+            e = int(outline.edges[boundary.track[k]])
+            for side, i in itertools.product((0, 1), (0, 1)):
+                at_end = boundary.t[k, side] == i and boundary.angle[boundary.segments[k, side]] >= SHARP
+                if at_end and self.radius[e, i] > 0.0 and not self.lengthened[e, i]:
+                    self.radius[e, i] *= max(0.4, ratio[k])
+                    changed.add(e)
+        return changed
+
     def _share(self, outline: Outline, boundary: Boundary, leave: int) -> float:
         """Base of the narrowest corner that shares a leg with the one where segment ``leave`` starts, over its base."""
         c = int(boundary.track[leave])
@@ -234,6 +259,11 @@ class Legs:
             for i, t in enumerate((0.0, 1.0)):
                 wide = boundary.angle[boundary.segments[:, side]] >= SHARP
                 boundary.mode[(boundary.t[:, side] == t) & self.held[e, i] & wide] = LOCKED
+
+
+def is_wall(widest: Float, angle: Float) -> NDArray[np.bool_]:
+    """Whether an edge at whose end the widest corner has this angle is beside a wall, for a corner of ``angle``."""
+    return (widest > angle) & (widest >= np.minimum(SHARP, WIDER * angle))
 
 
 def corner_sides(outline: Outline, c: int, before: int) -> tuple[tuple[int, int], tuple[int, int]]:
