@@ -1,204 +1,20 @@
-"""How fubini compiles: one decorator, one cache that can never run stale code.
+"""How fubini compiles: two decorators, one cache that can never run stale code.
 
-numba keys its cache on the file of the compiled function alone, so a change in a file that it
-calls would go unseen. Here the key is a digest over every kernel source of the package and the
-versions of numba and numpy; the files lie in the user's cache folder, so a read-only install works.
+A kernel compiled in an earlier process is loaded without numba (``fubini._load``), which takes longer to import than
+everything else here; numba is imported when something is to be compiled (``fubini._build``).
 """
 
 from __future__ import annotations
 
 import functools
-import gc
-import hashlib
-import os
-import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, nullcontext
-from functools import partial
-from pathlib import Path
+import threading
+from collections.abc import Callable
 from typing import Any
 
-import numba
 import numpy as np
-from llvmlite.binding import Linkage, parse_assembly
-from numba.core import sigutils, types
-from numba.core.caching import CompileResultCacheImpl, FunctionCache, _CacheLocator
-from numba.core.codegen import JITCodeLibrary
-from numba.core.runtime import rtsys
-from numba.core.types.misc import unliteral
 from numpy.typing import NDArray
 
-from fubini._compiler import KernelCompiler
-from fubini._turns import CHECK, turn
-
-
-@functools.cache
-def source_digest() -> str:
-    """Digest over all kernel sources of the package and the versions that compile them."""
-    root = Path(__file__).parent
-    digest = hashlib.sha256(f"{sys.version}|{numba.__version__}|{np.__version__}|{CHECK in os.environ}".encode())
-    compiling = (root / f"{name}.py" for name in ("_jit", "_compiler", "_reference"))
-    for path in sorted([*root.rglob("_kernels*.py"), *compiling]):
-        digest.update(str(path.relative_to(root)).encode())
-        digest.update(path.read_bytes())
-    return digest.hexdigest()[:20]
-
-
-def cache_folder() -> Path:
-    """Folder of the compiled kernels: ``FUBINI_CACHE_DIR``, or the user's cache folder."""
-    base = os.environ.get("FUBINI_CACHE_DIR")
-    if base is None:
-        home = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
-        base = os.path.join(home, "fubini")
-    return Path(base) / source_digest()
-
-
-class _Locator(_CacheLocator):
-    """Tells numba where the compiled form of a function lies and what it depends on."""
-
-    def __init__(self, py_func: Callable[..., Any]) -> None:
-        self._line = py_func.__code__.co_firstlineno
-
-    def get_cache_path(self) -> str:
-        return str(cache_folder())
-
-    def get_source_stamp(self) -> str:
-        return source_digest()
-
-    def get_disambiguator(self) -> str:
-        return str(self._line)
-
-    @classmethod
-    def from_function(cls, py_func: Callable[..., Any], py_file: str) -> _Locator:
-        return cls(py_func)
-
-
-class _CacheImpl(CompileResultCacheImpl):
-    _locator_classes = [_Locator]
-
-
-class _Cache(FunctionCache):
-    _impl_class = _CacheImpl
-
-    def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """As numba, but without reading the tables of all that it can compile: compilation reads them itself."""
-        rtsys.initialize(target_context)
-        with self._guard_against_spurious_io_errors():
-            return self._load_overload(sig, target_context)
-
-
-def _plain(kind: Any) -> Any:
-    """The type that an argument is compiled for: constants and all integers become int64."""
-    kind = unliteral(kind)
-    return types.int64 if isinstance(kind, types.Integer) else kind
-
-
-class _NoEnvironment:
-    """Stands in for the code generator where machine code does not exist."""
-
-    def set_env(self, name: str, env: Any) -> None:
-        """Nothing to set: the function lives on in its callers only."""
-
-
-class _Part(JITCodeLibrary):
-    """Code that only other code links in: neither optimised nor turned into machine code by itself.
-
-    numba would optimise a function once by itself and again in each caller, caller's caller and so on.
-    """
-
-    codegen = _NoEnvironment()
-
-    def _optimize_functions(self, ll_module: Any) -> None:
-        pass
-
-    def finalize(self) -> None:
-        """As numba, but what this code calls is left to the whole to link, once."""
-        self._raise_if_finalized()
-        self._finalize_final_module()
-
-    def _finalize_final_module(self) -> None:
-        self._finalize_dynamic_globals()
-        self._finalized = True
-
-    def get_pointer_to_function(self, name: str) -> int:
-        """None: there is no machine code."""
-        return 0
-
-
-class _Whole(JITCodeLibrary):
-    """Code called from Python, optimised once, with everything that it calls."""
-
-    _shared_module: Any
-
-    def _optimize_functions(self, ll_module: Any) -> None:
-        """Nothing: the final module is optimised with all that is linked in."""
-
-    def finalize(self) -> None:
-        """As numba, with all that is called, directly or not, linked in."""
-        needed = list(self._linking_libraries)
-        known = set(needed)
-        for library in needed:
-            for further in getattr(library, "_linking_libraries", ()):
-                if further not in known:
-                    known.add(further)
-                    needed.append(further)
-        self._linking_libraries[:] = needed
-        super().finalize()
-
-    def _optimize_final_module(self) -> None:
-        """Optimise once; functions that only this code calls may change their form, and what nothing uses goes."""
-        module = self._final_module
-        for function in module.functions:
-            if not function.is_declaration and function.linkage == Linkage.linkonce_odr:
-                function.linkage = "internal"
-        # tables for Python errors, one a function: nearly all unused, yet filled whenever the code is loaded
-        entries = _entries(module)
-        for table in _environments(module):
-            if table.name.replace("_ZN08NumbaEnv", "_ZN") not in entries:
-                table.linkage = "internal"
-        built = self._codegen._module_pass_manager(loop_vectorize=False, slp_vectorize=False)
-        if isinstance(built, tuple):
-            passes, builder = built
-            passes.run(module, builder)
-        else:  # numba before 0.62
-            built.run(module)
-        for table in _environments(module):
-            table.linkage = "common"
-
-    def _get_module_for_linking(self) -> Any:
-        """Names alone: no code links this one, but the cache keeps this module to tell what is defined."""
-        self._ensure_finalized()
-        if self._shared_module is None:
-            module = self._final_module
-            lines = [f'define void @"{name}"() {{ ret void }}' for name in _entries(module)]
-            lines += [f'@"{table.name}" = common global i64 0' for table in _environments(module)]
-            self._shared_module = parse_assembly("\n".join(lines))
-        return self._shared_module
-
-
-def _entries(module: Any) -> list[str]:
-    """Names of the functions of a module that are called from outside."""
-    return [f.name for f in module.functions if not f.is_declaration and f.linkage == Linkage.external]
-
-
-def _environments(module: Any) -> list[Any]:
-    """The variables of a module that numba finds the environments of functions by."""
-    return [v for v in module.global_variables if v.name.startswith("_ZN08NumbaEnv") and not v.is_declaration]
-
-
-def _compiler(library: type[JITCodeLibrary]) -> type[KernelCompiler]:
-    """numba's compiler with code libraries of this kind."""
-
-    class _Compiler(KernelCompiler):
-        def compile_extra(self, func: Callable[..., Any]) -> Any:
-            self.state.library = library(self.state.targetctx.codegen(), func.__qualname__)
-            self.state.library.enable_object_caching()
-            return super().compile_extra(func)
-
-    return _Compiler
-
-
-_COMPILERS = {library: _compiler(library) for library in (_Part, _Whole)}
+from fubini._load import key_of, load
 
 
 def readonly(array: Any, kind: type) -> NDArray[Any]:
@@ -216,16 +32,8 @@ def kernel(function: Callable[..., Any] | None = None, *, allocates: bool = Fals
     compiled without the counting of references, which takes longer to compile than most of what is counted.
     """
     if function is None:
-        return partial(kernel, allocates=allocates, inlined=inlined)
-    compiled, part = _compile(function, _Whole, _nrt=allocates), inner(function, allocates=allocates, inlined=inlined)
-    # other kernels link the part
-    compiled.get_call_template, compiled.get_overload = part.get_call_template, part.get_overload
-    try:
-        cache_folder().mkdir(parents=True, exist_ok=True)
-        compiled._cache = _Cache(function)
-    except OSError:  # no writable folder: compile in every process
-        pass
-    return compiled
+        return functools.partial(kernel, allocates=allocates, inlined=inlined)
+    return Kernel(function, allocates, inlined)
 
 
 def inner(function: Callable[..., Any] | None = None, *, allocates: bool = False, inlined: bool = False) -> Any:
@@ -236,20 +44,22 @@ def inner(function: Callable[..., Any] | None = None, *, allocates: bool = False
     itself the compiler does so only where there is one caller.
     """
     if function is None:
-        return partial(inner, allocates=allocates, inlined=inlined)
-    return _Inner(function, _nrt=allocates, forceinline=inlined)
+        return functools.partial(inner, allocates=allocates, inlined=inlined)
+    return Inner(function, allocates, inlined)
 
 
-class _Inner:
+class Inner:
     """A function that only kernels call: numba comes to know it when one of these is compiled, in few runs."""
 
-    def __init__(self, function: Callable[..., Any], **options: bool) -> None:
-        self.py_func, self._options = function, options
+    def __init__(self, function: Callable[..., Any], allocates: bool, inlined: bool) -> None:
+        self.py_func, self._allocates, self._inlined = function, allocates, inlined
 
     @functools.cached_property
     def dispatcher(self) -> Any:
         """What numba makes of the function."""
-        return _compile(self.py_func, _Part, no_cpython_wrapper=True, **self._options)
+        from fubini._build import part
+
+        return part(self.py_func, self._allocates, self._inlined)
 
     @property
     def _numba_type_(self) -> Any:
@@ -264,35 +74,111 @@ class _Inner:
         return self.dispatcher.get_overload(signature)
 
 
-@contextmanager
-def _seldom_collected() -> Iterator[None]:
-    """Compiling makes millions of objects that stay: looking through them as usual takes a sixth of the time."""
-    usual = gc.get_threshold()
-    if usual[0] > 0:
-        gc.set_threshold(100_000, 20, 100)
-    try:
-        yield
-    finally:
-        gc.set_threshold(*usual)
+class Deferred:
+    """What kernels call, made by numba when one of them is compiled."""
+
+    def __init__(self, make: Callable[[], Any]) -> None:
+        self._make = make
+
+    @functools.cached_property
+    def _numba_type_(self) -> Any:
+        from numba.core.registry import cpu_target
+
+        made = self._make()
+        cpu_target.typing_context.refresh()
+        return cpu_target.typing_context.resolve_value_type(made)
 
 
-def _compile(function: Callable[..., Any], library: type[JITCodeLibrary], **options: bool) -> Any:
-    compiled = numba.njit(
-        nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_rewrites=True,
-        pipeline_class=_COMPILERS[library], **options,
-    )(function)  # fmt: skip
-    compile_for = compiled.compile
+def reader(kind: type, fields: str) -> Deferred:
+    """What kernels read a named tuple of arrays with, from its words: see ``fubini._reference``."""
 
-    def compile_plain(signature: Any) -> Any:
-        given, _ = sigutils.normalize_signature(signature)
-        arguments = tuple(_plain(a) for a in given)
-        kept = getattr(getattr(compiled._cache, "_cache_file", None), "_index_path", None)
-        with _seldom_collected(), turn(Path(kept)) if kept else nullcontext():
-            entry = compile_for(arguments)
-        made = compiled.overloads[arguments].signature.return_type
-        if not options["_nrt"] and any(isinstance(part, types.Array) for part in getattr(made, "types", (made,))):
-            raise TypeError(f"{function.__name__} returns an array: declare it with allocates=True")
-        return entry
+    def make() -> Any:
+        from fubini._reference import reader as read
 
-    compiled.compile = compile_plain
-    return compiled
+        return read(kind, fields)
+
+    return Deferred(make)
+
+
+_loading = threading.RLock()
+
+
+class Kernel(functools.partial[Any]):
+    """A function that Python and kernels call.
+
+    What it calls in turn changes: first ``_first``, then what is loaded for the types of the arguments, which calls
+    what was there before for other types; and for good numba's dispatcher, once something is to be compiled.
+    """
+
+    py_func: Callable[..., Any]
+    loaded: dict[str, Any]  # what calls the code that needs no numba, by types of arguments
+    _options: tuple[bool, bool]
+    _part: Inner
+    _kept: tuple[Any, ...]
+
+    def __new__(cls, function: Callable[..., Any], allocates: bool, inlined: bool) -> Kernel:
+        self = super().__new__(cls, function)
+        functools.update_wrapper(self, function)
+        self.py_func, self._options = function, (allocates, inlined)
+        self._part = Inner(function, allocates, inlined)
+        self.loaded = {}
+        self._calls(self._first)
+        return self
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """What it is made of: numba asks for it of a kernel within a closure."""
+        return Kernel, (self.py_func, *self._options)
+
+    def _calls(self, target: Callable[..., Any]) -> None:
+        self._kept = self.func, target  # a call of the other may go on
+        self.__setstate__((target, (), {}, self.__dict__))  # type: ignore[attr-defined]
+
+    @property
+    def _numba_type_(self) -> Any:
+        return self._part._numba_type_
+
+    @functools.cached_property
+    def dispatcher(self) -> Any:
+        """What numba makes of the function."""
+        from fubini._build import whole
+
+        return whole(self.py_func, self._part, self._options[0])
+
+    def compile(self, kinds: tuple[Any, ...]) -> None:
+        """Compile for arguments of these types of numba, unless that is kept."""
+        self.dispatcher.compile(kinds)
+
+    @property
+    def keys(self) -> set[str]:
+        """What it has been loaded or compiled for, as ``key_of`` tells types."""
+        if "dispatcher" not in self.__dict__:
+            return set(self.loaded)
+        from fubini._guard import key_of_types
+
+        return {*self.loaded, *(key_of_types(kinds) or str(kinds) for kinds in self.dispatcher.overloads)}
+
+    def _first(self, *arguments: Any, **named: Any) -> Any:
+        """A call with types of arguments that nothing is loaded for."""
+        plain = [int(a) if isinstance(a, np.integer) else a for a in arguments]
+        key = None if named else key_of(plain)
+        if key is not None:
+            loaded = self._load(key, any(isinstance(a, np.integer) for a in arguments))
+            if loaded is not None:
+                return loaded(*plain)
+        with _loading:
+            self._calls(self.dispatcher)
+        return self.dispatcher(*arguments, **named)
+
+    def _load(self, key: str, converted: bool) -> Any:
+        """What calls the kernel for these types; None where it is not kept, or was loaded and refused the call.
+
+        converted : arguments were made fit for the types, so that what has refused them before may be asked again.
+        """
+        with _loading:
+            if key in self.loaded:
+                return self.loaded[key] if converted else None
+            loaded = load(self.py_func, key, self.func)
+            if loaded is not None:
+                self.loaded[key] = loaded
+                self._calls(loaded)
+            return loaded

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fubini._reference import reader
+from fubini._jit import reader
 from fubini.optimise._kernels_state import STATE_FIELDS, WORK_FIELDS, StateArrays, WorkArrays
 
 state_of = reader(StateArrays, STATE_FIELDS)
