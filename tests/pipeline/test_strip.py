@@ -17,7 +17,9 @@ from fubini.pipeline.faces import attempt
 from fubini.pipeline.options import MeshOptions
 from fubini.pipeline.strip import FaceMesh, strip_boundary, with_core
 from fubini.sampling.interior import NO_CORE, lattice_points, lattice_with_core
-from fubini.triangulation.constrained import constrained_delaunay, delaunay_around
+from fubini.triangulation._kernels_cdt import triangulate
+from fubini.triangulation._kernels_strip import between
+from fubini.triangulation.constrained import NO_EDGES, constrained_delaunay, delaunay_around
 from fubini.triangulation.validate import validate
 from fubini.triangulation.value import Triangulation
 from handmade import FLAT_FRAME
@@ -136,6 +138,40 @@ def test_a_triangulation_around_a_patch_is_the_whole_one(make, least):
             sorted_corners(t) for t in constrained_delaunay(points, whole).triangles
         }
         assert share > 0.02 or len(lattice.patch.triangles) > 0.1 * len(mesh.triangles)
+
+
+@pytest.mark.parametrize(
+    ("make", "share", "walked"),
+    [
+        (regions.quarter_disk, 0.05, True),
+        (regions.slot, 0.03, True),
+        (regions.gear, 0.02, True),  # edges of the lattice reach into the teeth, and nodes by themselves
+        (regions.gear, 0.05, True),  # nothing does
+        (regions.plate, 0.02, False),  # one loop of the rim around several of the boundary
+        (regions.slot, 0.1, False),
+    ],
+)
+def test_a_strip_is_walked_along(make, share, walked):
+    """It comes out as if nothing were known, where loops are pairs; elsewhere the walk says so."""
+    region = make()
+    size = share * region.diagonal
+    boundary, _, _ = regions.discretise(region, size)
+    lattice = lattice_with_core(boundary, size, 0.35, (0.2, 0.4), NO_CORE, (math.cos(0.3), math.sin(0.3)))
+    patch, fixed, outer = lattice.patch, len(boundary.points), len(boundary.segments)
+    points = np.concatenate([boundary.points, lattice.points[patch.nodes - fixed]])
+    segments = np.concatenate([boundary.segments, patch.edges])
+    if make is regions.gear:
+        ends = set(segments[outer:].ravel()) | set(patch.hanging.ravel())
+        assert (len(patch.hanging) > 0, len(ends) < len(patch.nodes)) == (share < 0.05, share < 0.05)
+    triangles, neighbours = between(points, segments, fixed, outer, patch.hanging)
+    assert (len(triangles) > 0) == walked
+    if walked:
+        whole = triangulate(points, segments, fixed, len(segments), NO_EDGES)[0]
+        assert {sorted_corners(t) for t in triangles} == {sorted_corners(t) for t in whole}
+        boundary = replace(boundary, points=points, segments=segments)
+        assert validate(Triangulation(points, triangles, neighbours, boundary), delaunay=True) == ()
+    backwards = np.concatenate([boundary.segments[:outer, ::-1], segments[outer:]])
+    assert not len(between(points, backwards, fixed, outer, patch.hanging)[0])
 
 
 def sorted_corners(triangle: np.ndarray) -> tuple[int, ...]:

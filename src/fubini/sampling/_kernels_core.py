@@ -225,6 +225,28 @@ def known_triangles(role, cells, columns):
     return found[:count], place_of
 
 
+@inner(allocates=True)
+def hanging_edges(role, cells, columns, number, rank, among, before, fixed):
+    """Edges (h, 2) of the lattice with no triangle on either side, each both ways, by place as in ``divide``."""
+    ends, count, row = np.empty((6 * among.shape[0], 2), np.int32), 0, 0
+    for i in range(cells.shape[0]):
+        cell = cells[i]
+        while cell >= (row + 1) * columns:
+            row += 1
+        odd = row & 1
+        for way in range(3 if role[cell] == OUTSIDE else 0):
+            other = neighbour(cell, way, columns, odd)
+            if (
+                role[other] == OUTSIDE
+                and role[neighbour(cell, way + 1, columns, odd)] == NONE
+                and role[neighbour(cell, (way + 5) % 6, columns, odd)] == NONE
+            ):
+                a, b = among[number[i] - before], among[number[rank[other]] - before]
+                ends[count, 0], ends[count, 1], ends[count + 1, 0], ends[count + 1, 1] = a, b, b, a
+                count += 2
+    return ends[:count]
+
+
 @kernel(allocates=True)
 def divide(role, columns, ends, least, fixed, segments, place):
     """Core of a lattice with at least so many triangles, and the triangles between it and what is not known.
@@ -234,7 +256,8 @@ def divide(role, columns, ends, least, fixed, segments, place):
     Returns how many triangles and INNER nodes the core has; positions of nodes OUTSIDE and on the RIM; edges (k, 2) of
     the rim by place there, the core on the left; then triangles (m, 3) and neighbours (m, 3), half-edges (e,) beyond
     which nothing is known, nodes (z,) with less than six triangles, and ends (e, 2) of those edges, the unknown
-    on the left: below ``fixed + z``, by place in z behind the fixed ones.
+    on the left: below ``fixed + z``, by place in z behind the fixed ones; edges (h, 2) with no triangle on either side,
+    each both ways, one behind the other.
     """
     rows = role.shape[0] // columns
     first, low, high = runs_of(ends, columns, rows)
@@ -280,4 +303,5 @@ def divide(role, columns, ends, least, fixed, segments, place):
     return (
         core, nodes - cells.shape[0], outside, on_rim, rim[:k],
         triangles, neighbours, half_edges[:e], bare, edges[:e],
+        hanging_edges(role, cells, columns, number, rank, among, before, fixed),
     )  # fmt: skip

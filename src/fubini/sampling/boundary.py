@@ -23,7 +23,7 @@ from fubini.sampling.tables import EdgeTables, SizeOptions, sample_track
 from fubini.sampling.tangles import chords_to_halve
 from fubini.tracks import evaluate
 from fubini.triangulation._kernels_cdt import triangulate
-from fubini.triangulation.constrained import constrained_delaunay
+from fubini.triangulation.constrained import NO_EDGES, constrained_delaunay
 from fubini.triangulation.value import CORNER, FROZEN, LOCKED, Boundary, Byte
 
 Float = NDArray[np.float64]
@@ -166,7 +166,8 @@ class BoundarySizing:
         ``changed`` (e,) becomes 1 for the edges whose tables or legs change. True where chords cross.
         """
         boundary, options, outline = self.boundary(face, nodes), self.options, self.outlines[face]
-        triangles, neighbours, _, lost, status = triangulate(boundary.points, boundary.segments, len(boundary.points))
+        n, k = len(boundary.points), len(boundary.segments)
+        triangles, neighbours, _, lost, status = triangulate(boundary.points, boundary.segments, n, k, NO_EDGES)
         if len(lost) or len(triangles) == 0 or status:
             lost = constrained_delaunay(boundary.points, boundary).unrecovered
             if last:

@@ -135,9 +135,9 @@ def _laid(
     cells = role.reshape(-1)
     ends = np.flatnonzero(cells[1:] != cells[:-1])
     _, _, c, s, spacing, x0, y0 = lattice.tolist()
-    core, nodes, inner, on_rim, rim, triangles, neighbours, half_edges, bare, edges = divide(
+    core, nodes, inner, on_rim, rim, triangles, neighbours, half_edges, bare, edges, hanging = divide(
         cells, role.shape[1], ends, least, len(points), len(segments), np.array([x0, y0, spacing, c, s])
     )
-    patch = Patch(triangles, neighbours, half_edges, bare, edges)
+    patch = Patch(triangles, neighbours, half_edges, bare, edges, hanging)
     far = Core(role, np.array([x0, y0, spacing]), on_rim, rim, nodes, core, (c, s)) if core else None
     return Lattice(inner, far, patch, (c, s), spacing)

@@ -12,12 +12,13 @@ import numpy as np
 from fubini._jit import inner, kernel
 from fubini._kernels_predicates import orient
 from fubini.triangulation._kernels_order import insertion_order
+from fubini.triangulation._kernels_strip import between
 from fubini.triangulation._kernels_topology import (
     DONE,
-    edge_is_illegal,
     find_edge,
     flip,
     legalise,
+    legalise_star,
     locate,
     split_triangle,
 )
@@ -56,19 +57,6 @@ def rank_points(points):
     ranked[n + 1, 0], ranked[n + 1, 1] = low_x + far, low_y - far
     ranked[n + 2, 0], ranked[n + 2, 1] = low_x, low_y + far
     return ranked, order
-
-
-@inner
-def legalise_star(points, triangles, neighbours, vertex_triangle, t):
-    """Flip the rim of the star of vertex p until it is Delaunay; corner 0 of t and of the rest is p."""
-    first = triangles[t, 1]
-    for _ in range(4 * triangles.shape[0]):
-        if edge_is_illegal(points, triangles, neighbours, t, 0):
-            flip(triangles, neighbours, vertex_triangle, t, 0)
-        elif triangles[t, 2] == first:
-            return
-        else:
-            t = np.int64(neighbours[t, 1])
 
 
 @kernel(allocates=True)
@@ -392,9 +380,11 @@ def refusal(points, segments):
 
 
 @kernel(allocates=True)
-def triangulate(points, segments, fixed):
+def triangulate(points, segments, fixed, outer, hanging):
     """Constrained Delaunay triangulation of the region on the left of the segments (k, 2) of points (n, 2).
 
+    Of the segments those from ``outer`` on are the rim of a patch, whose nodes come from ``fixed`` on; hanging (h, 2) :
+    edges between these that are at least as good as any to begin with, both ways, one behind the other.
     Returns triangles (m, 3), neighbours (m, 3), dropped (d,) indices from ``fixed`` on of points left out,
     unrecovered (u,) segments that are no edges, and a status: 0 or bits named above.
     """
@@ -402,6 +392,10 @@ def triangulate(points, segments, fixed):
     status = refusal(points, segments)
     if status:
         return none, none, np.empty(0, np.int32), np.empty(0, np.int32), status
+    if outer < segments.shape[0]:
+        out, across = between(points, segments, fixed, outer, hanging)
+        if out.shape[0] > 0:
+            return out, across, np.empty(0, np.int32), np.empty(0, np.int32), 0
     ranked, order = rank_points(points)
     triangles, neighbours, vertex_triangle = delaunay(ranked, order)
     half_edge, found, rank = find_segments(triangles, neighbours, vertex_triangle, order, segments)

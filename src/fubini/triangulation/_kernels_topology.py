@@ -141,6 +141,19 @@ def legalise(points, triangles, neighbours, vertex_triangle, stack, count):
     return DONE, flips
 
 
+@inner
+def legalise_star(points, triangles, neighbours, vertex_triangle, t):
+    """Flip the rim of the star of vertex p until it is Delaunay; corner 0 of t and of the rest is p."""
+    first = triangles[t, 1]
+    for _ in range(4 * triangles.shape[0]):
+        if edge_is_illegal(points, triangles, neighbours, t, 0):
+            flip(triangles, neighbours, vertex_triangle, t, 0)
+        elif triangles[t, 2] == first:
+            return
+        else:
+            t = np.int64(neighbours[t, 1])
+
+
 @kernel
 def locate(points, triangles, neighbours, t, x, y, budget):
     """Walk from triangle t towards (x, y); returns (triangle, report).

@@ -9,6 +9,9 @@ from fubini.errors import FubiniError, GeometryError, OptionError
 from fubini.triangulation._kernels_cdt import NOT_A_POINT, NOT_DELAUNAY, NOT_FINITE, glue, triangulate
 from fubini.triangulation.value import Boundary, Patch, Triangulation
 
+#: Edges between nodes of a patch, where there is none.
+NO_EDGES = np.empty((0, 2), np.int32)
+
 
 def constrained_delaunay(points: ArrayLike, boundary: Boundary) -> Triangulation:
     """Triangulate the region on the left of the boundary's segments with the given points.
@@ -38,7 +41,7 @@ def constrained_delaunay(points: ArrayLike, boundary: Boundary) -> Triangulation
     if xy.ndim != 2 or xy.shape[1:] != (2,) or len(xy) < max(fixed, 3):
         raise OptionError(f"points must be (n, 2) with n >= {max(fixed, 3)}, not {xy.shape}")
     segments = np.array(boundary.segments, np.int32, order="C")
-    triangles, neighbours, dropped, unrecovered, status = triangulate(xy, segments, fixed)
+    triangles, neighbours, dropped, unrecovered, status = triangulate(xy, segments, fixed, len(segments), NO_EDGES)
     if status & NOT_FINITE:
         raise OptionError("points must be finite")
     if status & NOT_A_POINT:
@@ -66,7 +69,7 @@ def delaunay_around(points: NDArray[np.float64], boundary: Boundary, outer: Boun
     fixed, k = len(outer.points), len(outer.segments)
     rest = np.concatenate([outer.points, points[patch.nodes]])
     segments = np.concatenate([outer.segments, patch.edges])
-    triangles, neighbours, dropped, unrecovered, status = triangulate(rest, segments, fixed)
+    triangles, neighbours, dropped, unrecovered, status = triangulate(rest, segments, fixed, k, patch.hanging)
     if status or len(dropped) or len(unrecovered):
         return constrained_delaunay(points, boundary)
     triangles, neighbours = glue(

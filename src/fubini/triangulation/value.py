@@ -88,6 +88,8 @@ class Patch:
     nodes : (z,) int32, points that lie at open edges, or in no triangle of the patch.
     edges : (e, 2) int32, ends of the open edges, the unknown on the left, by place among the boundary's nodes and,
         behind them, ``nodes``.
+    hanging : (h, 2) int32, ends of edges with no triangle of the patch on either side, each both ways, one behind the
+        other, numbered as those in ``edges``. No segment crosses them either, but they need not be edges in the end.
     """
 
     triangles: Int
@@ -95,3 +97,4 @@ class Patch:
     open: Int
     nodes: Int
     edges: Int
+    hanging: Int
