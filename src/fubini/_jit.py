@@ -114,6 +114,7 @@ class Kernel(functools.partial[Any]):
     loaded: dict[str, Any]  # what calls the code that needs no numba, by types of arguments
     _options: tuple[bool, bool]
     _part: Inner
+    _asking: set[int]  # threads in a first call
     _kept: tuple[Any, ...]
 
     def __new__(cls, function: Callable[..., Any], allocates: bool, inlined: bool) -> Kernel:
@@ -121,7 +122,7 @@ class Kernel(functools.partial[Any]):
         functools.update_wrapper(self, function)
         self.py_func, self._options = function, (allocates, inlined)
         self._part = Inner(function, allocates, inlined)
-        self.loaded = {}
+        self.loaded, self._asking = {}, set()
         self._calls(self._first)
         return self
 
@@ -158,27 +159,28 @@ class Kernel(functools.partial[Any]):
         return {*self.loaded, *(key_of_types(kinds) or str(kinds) for kinds in self.dispatcher.overloads)}
 
     def _first(self, *arguments: Any, **named: Any) -> Any:
-        """A call with types of arguments that nothing is loaded for."""
+        """A call with types of arguments that nothing was loaded for."""
         plain = [int(a) if isinstance(a, np.integer) else a for a in arguments]
-        key = None if named else key_of(plain)
-        if key is not None:
-            loaded = self._load(key, any(isinstance(a, np.integer) for a in arguments))
-            if loaded is not None:
-                return loaded(*plain)
-        with _loading:
-            self._calls(self.dispatcher)
-        return self.dispatcher(*arguments, **named)
+        key, thread = None if named else key_of(plain), threading.get_ident()
+        loaded = self._load(key) if key is not None and thread not in self._asking else None
+        if loaded is None:
+            with _loading:
+                self._calls(self.dispatcher)
+            return self.dispatcher(*arguments, **named)
+        # code that refuses these arguments too calls this function again
+        self._asking.add(thread)
+        try:
+            return loaded(*plain)
+        finally:
+            self._asking.discard(thread)
 
-    def _load(self, key: str, converted: bool) -> Any:
-        """What calls the kernel for these types; None where it is not kept, or was loaded and refused the call.
-
-        converted : arguments were made fit for the types, so that what has refused them before may be asked again.
-        """
+    def _load(self, key: str) -> Any:
+        """What calls the kernel for these types; None where it is not kept."""
         with _loading:
-            if key in self.loaded:
-                return self.loaded[key] if converted else None
-            loaded = load(self.py_func, key, self.func)
-            if loaded is not None:
+            if key not in self.loaded:
+                loaded = load(self.py_func, key, self.func)
+                if loaded is None:
+                    return None
                 self.loaded[key] = loaded
                 self._calls(loaded)
-            return loaded
+            return self.loaded[key]

@@ -285,6 +285,7 @@ def test_threads_load_a_kernel_together(folder):
         with ThreadPoolExecutor(8) as pool:
             found = list(pool.map(lambda n, again=again: again(np.ones(n), 2.0, 0, True)[0], range(200)))
         assert found == list(range(200))
+        assert is_loaded(again)
 
 
 BOTH = """
