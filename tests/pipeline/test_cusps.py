@@ -125,3 +125,17 @@ def test_a_cusp_with_walls_on_a_short_arc(turn, size):
     c = fubini.mesh(part, size).certificate
     assert c.certified
     assert c.flawed == c.unavoidable == 2
+
+
+@pytest.mark.parametrize(("size", "alike"), [(20.0, True), (0.5, False)])
+def test_attempts_that_start_alike_are_made_once(size, alike, monkeypatch):
+    """Where the size leaves no room for a lattice, another origin of it changes nothing."""
+    from fubini.pipeline import faces
+
+    calls, attempt = [], faces.attempt
+    monkeypatch.setattr(faces, "attempt", lambda *a: calls.append(a) or attempt(*a))
+    fubini.mesh(corner(40.0, upright=False), size)
+    face, tried = calls[0][:4], []
+    assert attempt(*face, 2, None, tried=tried) is not None and len(tried) == 1
+    assert (attempt(*face, 4, None, tried=tried) is None) == alike
+    assert len(tried) == (1 if alike else 2)

@@ -74,11 +74,13 @@ def attempt(
     sizes: Callable[[Float], Float] | None = None,
     lone: Float = NO_POINTS,
     along: Float | None = None,
-) -> tuple[OptimiseOutcome, Core | None]:
+    tried: list[tuple[Float, Boundary]] | None = None,
+) -> tuple[OptimiseOutcome, Core | None] | None:
     """Mesh one face with the points ``inside``, or with the lattice of this number where there are none given.
 
     ``lone`` (p, 2) become nodes and stay where they are; ``along`` (c,) sizes asked of single edges. Returns the
-    triangulation, and the core that it leaves out. Raises ``GeometryError`` where boundary segments cross.
+    triangulation, and the core that it leaves out; None where the start is one of those ``tried``, which it joins.
+    Raises ``GeometryError`` where boundary segments cross.
     """
     boundary = with_lone(held(boundary, options, number, number % 2 == 0 and inside is None), lone, size)
     asked = optimiser_options(options)
@@ -99,6 +101,10 @@ def attempt(
     if core is not None:
         boundary = strip_boundary(boundary, core, size)
     points = np.concatenate([boundary.points, inner])
+    if tried is not None:
+        if any(same_start(points, boundary, *start) for start in tried):
+            return None
+        tried.append((points, boundary))
     if inner is lattice.points:
         start = whole(delaunay_around(points, boundary, outer, lattice.patch), outline)
     else:
@@ -114,6 +120,15 @@ def attempt(
         outcome = optimise(smooth(filled, outline.tracks), outline.tracks, asked)
     outcome, longest = level(outcome, outline.tracks, asked)
     return shortened(outcome, outline.tracks, size, asked, sizes, along, longest), core
+
+
+def same_start(points: Float, boundary: Boundary, others: Float, beside: Boundary) -> bool:
+    """Whether two attempts start with the same nodes, none of which may do what it may not in the other."""
+    return (
+        np.array_equal(points, others)
+        and np.array_equal(boundary.kind, beside.kind)
+        and np.array_equal(boundary.mode, beside.mode)
+    )
 
 
 def whole(start: Triangulation, outline: Outline) -> Triangulation:
@@ -281,21 +296,22 @@ class FaceMesher:
     def _best_attempt(self, f: int) -> tuple[OptimiseOutcome, Core | None]:
         """The attempt that leaves fewest avoidable flaws, the first of those that leave none."""
         best: tuple[OptimiseOutcome, Core | None] | None = None
+        tried: list[tuple[Float, Boundary]] = []
         outline = self.sizing.outlines[f]
         inside = self.pattern[f].inside if self.pattern is not None else None
         field = self.sizing.options.fields[f] if self.sizing.options.fields is not None else None
         along = self._asked_along(outline)
         for number in self._attempts():
-            boundary = self.sizing.boundary(f, self.nodes)
+            boundary, size = self.sizing.boundary(f, self.nodes), self.sizes[f]
             lone = self.points.get(f, NO_POINTS)
             try:
-                found = attempt(boundary, outline, self.sizes[f], self.options, number, inside, field, lone, along)
+                found = attempt(boundary, outline, size, self.options, number, inside, field, lone, along, tried)
             except GeometryError as error:
                 error.face = f
                 raise
-            if best is None or found[0].excess < best[0].excess:
+            if found is not None and (best is None or found[0].excess < best[0].excess):
                 best = found
-            if best[0].excess == 0:
+            if best is not None and best[0].excess == 0:
                 break
         if best is None:
             raise OptionError(f"attempts is {self.options.attempts}", fix="allow at least one")
