@@ -161,12 +161,17 @@ class BoundarySizing:
         return whole if outline.inner == len(outline.edges) else welded(whole, outline.inner)
 
     def _look_across(self, face: int, nodes: EdgeNodes, changed: Byte, last: bool) -> bool:
-        """Triangulate the boundary of one face alone and lower sizes where it sees gaps.
+        """Triangulate the boundary of one face alone and lower sizes where it sees gaps; not where nodes are all apart.
 
         ``changed`` (e,) becomes 1 for the edges whose tables or legs change. True where chords cross.
         """
         boundary, options, outline = self.boundary(face, nodes), self.options, self.outlines[face]
         n, k = len(boundary.points), len(boundary.segments)
+        if kernels.all_apart(
+            boundary.points, boundary.segments, boundary.size, boundary.angle, SHARP, options.gradient, options.gap,
+            RESOLVED,
+        ):  # fmt: skip
+            return False
         triangles, neighbours, _, lost, status = triangulate(boundary.points, boundary.segments, n, k, NO_EDGES)
         if len(lost) or len(triangles) == 0 or status:
             lost = constrained_delaunay(boundary.points, boundary).unrecovered
