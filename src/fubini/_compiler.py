@@ -3,8 +3,9 @@
 Kernels have no closures, comprehensions, exceptions to rewrite, literals to unroll nor functions to put in before
 their types are known: a third of numba's passes look for these in every function, and make up its tables anew after
 each. And nearly every operator of a kernel has been looked up for the same types before, among templates for arrays,
-text, dates and complex numbers. Nothing here changes what comes out, but for indices of entries of arrays: negative
-ones, which numba counts from the end after a test of every index, are not allowed in kernels.
+text, dates and complex numbers. ``min``, ``max`` and ``np.empty`` need no functions of their own. Nothing here changes
+what comes out, but for indices of entries of arrays: negative ones, which numba counts from the end after a test of
+every index, are not allowed in kernels.
 """
 
 from __future__ import annotations
@@ -14,11 +15,13 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any
 
+import numpy as np
 from llvmlite import ir
 from numba.core import cgutils, types
 from numba.core.compiler import Compiler, Flags
 from numba.core.compiler_machinery import PassManager, _pass_registry, register_pass
 from numba.core.lowering import Lower
+from numba.core.registry import cpu_target
 from numba.core.typed_passes import (
     IRLegalization,
     NativeLowering,
@@ -27,13 +30,56 @@ from numba.core.typed_passes import (
     PreLowerStripPhis,
 )
 from numba.core.types.containers import BaseTuple
+from numba.core.types.misc import unliteral
+from numba.core.typing.npydecl import parse_dtype
+from numba.core.typing.templates import signature
 from numba.core.untyped_passes import FixupArgs, IRProcessing, ReconstructSSA, TranslateByteCode
+from numba.np.arrayobj import _empty_nd_impl
 
 from fubini._turns import CHECK
 
 
+def _signature(function: Any, arguments: tuple[Any, ...]) -> Any:
+    """Signature of ``min`` and ``max`` of numbers and of ``np.empty``; None for other functions and arguments.
+
+    For each list of types numba would compile a function that calls another one, and put both into the kernel.
+    """
+    name = getattr(function, "typing_key", None)
+    plain = [unliteral(a) for a in arguments]
+    if name in (min, max) and len(plain) > 1 and all(isinstance(a, types.Integer | types.Float) for a in plain):
+        kind = cpu_target.typing_context.unify_types(*plain)
+        return signature(kind, *[kind] * len(plain))
+    if name is np.empty and 1 <= len(plain) <= 2:
+        kind = parse_dtype(plain[1]) if len(plain) > 1 else types.float64
+        sizes = plain[0] if isinstance(plain[0], BaseTuple) else (plain[0],)
+        if kind is not None and all(isinstance(size, types.Integer) for size in sizes):
+            return signature(types.Array(kind, len(sizes), "C"), *plain)
+    return None
+
+
 class _Lower(Lower):
-    """numba's translation, with a shorter one of entries of arrays, whose indices are never negative."""
+    """numba's translation, shorter for some calls and for entries of arrays, whose indices are never negative."""
+
+    def _lower_call_normal(self, function: Any, expr: Any, wanted: Any) -> Any:
+        """As numba."""
+        if not isinstance(function, types.Function) or _signature(function, wanted.args) != wanted:
+            return super()._lower_call_normal(function, expr, wanted)
+        values = self.fold_call_args(function, wanted, expr.args, expr.vararg, expr.kws)
+        made = wanted.return_type
+        if isinstance(made, types.Array):
+            return self._empty(made, wanted.args[0], values[0])
+        compare = self.builder.fcmp_ordered if isinstance(made, types.Float) else self.builder.icmp_signed
+        best = values[0]
+        for value in values[1:]:
+            best = self.builder.select(compare("<" if function.typing_key is min else ">", value, best), value, best)
+        return best
+
+    def _empty(self, made: Any, kind: Any, value: Any) -> Any:
+        """A new array of this size."""
+        kinds = tuple(kind) if isinstance(kind, BaseTuple) else (kind,)
+        parts = cgutils.unpack_tuple(self.builder, value) if isinstance(kind, BaseTuple) else (value,)
+        sizes = [self.context.cast(self.builder, p, k, types.intp) for p, k in zip(parts, kinds, strict=True)]
+        return _empty_nd_impl(self.context, self.builder, made, sizes)._getvalue()
 
     def lower_getitem(self, resty: Any, expr: Any, value: Any, index: Any, signature: Any) -> Any:
         """As numba."""
@@ -151,7 +197,10 @@ class _Lookups:
         key = id(function), tuple(arguments)
         if key not in self._found:
             # kept with the function, so that no other takes its identity
-            self._found[key] = function, self._context.resolve_function_type(function, arguments, keywords)
+            found = _signature(function, arguments)
+            if found is None:
+                found = self._context.resolve_function_type(function, arguments, keywords)
+            self._found[key] = function, found
         return self._found[key][1]
 
 

@@ -49,6 +49,37 @@ def arrays(values, table):
     return out
 
 
+def extremes(a, b, i):
+    """Numbers of one type and of two, more than two, and what is no number."""
+    return min(a, b), max(a, b), min(i, 3), max(i, 2, 5), min(a, i), max(b, i, 0.5)
+
+
+@pytest.mark.parametrize(
+    ("a", "b"), [(1.0, 2.0), (math.nan, 1.0), (1.0, math.nan), (-0.0, 0.0), (0.0, -0.0), (-1.5, 4.0)]
+)
+def test_least_and_greatest_are_those_of_plain_python(a, b):
+    compiled = kernel(extremes)
+    for i in (-7, 2, 40):
+        assert list(map(repr, map(float, compiled(a, b, i)))) == list(map(repr, map(float, extremes(a, b, i))))
+
+
+@kernel(allocates=True)
+def new_arrays(n):
+    """Arrays of several types and shapes, filled."""
+    flat, table, default = np.empty(n, np.int32), np.empty((n, 3), np.uint8), np.empty(2 * n)
+    flat[:], table[:], default[:] = 7, 9, 0.5
+    return flat, table, default
+
+
+def test_new_arrays_have_the_size_and_type_asked():
+    flat, table, default = new_arrays(5)
+    assert (flat.dtype, table.dtype, default.dtype) == (np.int32, np.uint8, float)
+    assert (flat.shape, table.shape, default.shape) == ((5,), (5, 3), (10,))
+    assert (flat == 7).all()
+    assert (table == 9).all()
+    assert (default == 0.5).all()
+
+
 def test_results_are_those_of_plain_python():
     compiled = kernel(numbers)
     for a, b, i, j in ((0.5, 2.0, 3, 4), (2.5, -1.0, 9, 2), (-0.25, 0.75, 0, 0)):
