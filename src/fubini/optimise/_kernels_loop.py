@@ -297,7 +297,7 @@ def drive(S, W, task, top, goal, share):
         if not known:
             find_low(S, bound)
         m = S.counts[TRIANGLES]
-        # all that is done for a triangle of a small mesh takes as long as 4.5 visits
-        polish(S, W, goal, int(share * min(4.5 * m, 4000.0 + 200.0 * math.sqrt(m))))
+        # all that is done for a small mesh takes as long as 1000 visits, and 4.5 more for each triangle
+        polish(S, W, goal, int(share * min(1000.0 + 4.5 * m, 4000.0 + 200.0 * math.sqrt(m))))
     judge(S)
     return status, total
