@@ -10,7 +10,7 @@ import pytest
 import random_regions
 import regions
 from fubini.sampling import boundary as boundaries
-from fubini.sampling._kernels_boundary import all_apart
+from fubini.sampling._kernels_apart import all_apart
 
 
 def claimed(sizing, boundary):
@@ -33,7 +33,7 @@ def cases():
 
 
 def test_where_nodes_are_apart_a_triangulation_of_the_boundary_lowers_nothing(monkeypatch):
-    monkeypatch.setattr(boundaries.kernels, "all_apart", lambda *_: False)
+    monkeypatch.setattr(boundaries, "all_apart", lambda *_: False)
     apart = 0
     for region, size in cases():
         boundary, sizing, nodes = regions.discretise(region, size)

@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from fubini.errors import GeometryError
 from fubini.sampling import _kernels_boundary as kernels
 from fubini.sampling import _kernels_sizes as kernels_of_sizes
+from fubini.sampling._kernels_apart import all_apart
 from fubini.sampling.legs import SHARP, Legs
 from fubini.sampling.outline import Outline
 from fubini.sampling.tables import EdgeTables, SizeOptions, sample_track
@@ -166,12 +167,13 @@ class BoundarySizing:
         ``changed`` (e,) becomes 1 for the edges whose tables or legs change. True where chords cross.
         """
         boundary, options, outline = self.boundary(face, nodes), self.options, self.outlines[face]
-        n, k = len(boundary.points), len(boundary.segments)
-        if kernels.all_apart(
+        # legs of other faces may be too long for gaps that are wide enough for all else (``Legs.make_room``)
+        if not self._sharp and all_apart(
             boundary.points, boundary.segments, boundary.size, boundary.angle, SHARP, options.gradient, options.gap,
             RESOLVED,
         ):  # fmt: skip
             return False
+        n, k = len(boundary.points), len(boundary.segments)
         triangles, neighbours, _, lost, status = triangulate(boundary.points, boundary.segments, n, k, NO_EDGES)
         if len(lost) or len(triangles) == 0 or status:
             lost = constrained_delaunay(boundary.points, boundary).unrecovered

@@ -31,9 +31,6 @@ LONG_SHARE = 0.9
 #: Where a leg borders another face too, the next segment there must not be shorter by more than this: five valid
 #: triangles about a node on a straight edge span at most a ratio of 16.3.
 STEP = 8.0
-#: Sharp corners so many times as wide as that of the leg are walls to it as well: between the base of their triangle
-#: and the next segment there are three valid triangles at most, which span a ratio of 5.
-WIDER = 4.0
 #: Where that cannot be had, a ratio up to this is tried ...
 LARGEST_STEP = 15.0
 #: ... and legs much longer than asked are made as long as this needs.
@@ -42,12 +39,15 @@ LONG_STEP = 12.0
 MOST_GAPS = (2.8, 1.95)
 #: For the sake of ``STEP`` a leg may be this many times as long as asked; for ``LONG_STEP`` as long as need be.
 LONGEST_LEG = 1.7
-#: In a face where it belongs to no sharp corner, a leg may be longer than the gap across it allows by one over this.
-ROOM = 0.85
 #: Other edges at the vertex of a leg longer than asked start with a segment no shorter than the leg over this.
 BESIDE_LEG = 2.0
 #: ... and over the length of the shortest edge at its vertex, such as the height of the wall, no more than this.
 WALL_SHARE = 1.3
+#: Sharp corners so many times as wide as that of the leg are walls to it as well: between the base of their triangle
+#: and the next segment there are three valid triangles at most, which span a ratio of 5.
+WIDER = 4.0
+#: In a face where it belongs to no sharp corner, a leg may be longer than the gap across it allows by one over this.
+ROOM = 0.85
 
 
 class Legs:
