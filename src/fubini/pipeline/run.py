@@ -148,10 +148,10 @@ def mesh(
     parting = crack_edges(model, cracks, wanted)
     if parting:
         checked = replace(checked, edge_segments=with_segments(checked.edge_segments, parting))
-    clock.lap("load")
+    outlines = outline_faces(model)
+    clock.lap("load")  # what follows depends on the size
     length = min(checked.size, model.diagonal) if checked.size is not None else pick_size(model)
     check_count(model, length)
-    outlines = outline_faces(model)
     lengths = face_sizes(model, length, checked, wanted)
     asked = size_options(model, outlines, length, lengths, checked, wanted)
     sizing = BoundarySizing(outlines, model.numbering.ends, asked)
