@@ -9,7 +9,7 @@ import numpy as np
 from fubini.curves import BSpline, CircularArc, Curve, Line
 from fubini.model import Edge, Face, Frame, Model
 from fubini.region import Loop, Region
-from fubini.sampling.boundary import BoundarySizing, EdgeNodes, Outline, SizeOptions
+from fubini.sampling.boundary import BoundarySizing, EdgeNodes, Network, Outline, SizeOptions
 from fubini.triangulation.value import Boundary
 
 TURN = 2 * math.pi
@@ -160,7 +160,7 @@ def discretise(region: Region, size: float, **options) -> tuple[Boundary, Bounda
     """Boundary of one region at an asked size, with the sizing and the nodes that it came from."""
     model = model_of(region)
     outline = Outline.of(model.faces[0].region, int)
-    ends = np.array([(e.start, e.end) for e in model.edges.values()])
-    sizing = BoundarySizing([outline], ends, SizeOptions(size, **options))
+    network = Network.of([outline], [(e.start, e.end) for e in model.edges.values()])
+    sizing = BoundarySizing(network, SizeOptions(size, **options))
     nodes = sizing.resolve()
     return sizing.boundary(0, nodes), sizing, nodes

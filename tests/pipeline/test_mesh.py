@@ -15,7 +15,7 @@ from fubini.errors import GeometryError, OptionError
 from fubini.pipeline.faces import whole
 from fubini.pipeline.options import MeshOptions
 from fubini.quality import areas
-from fubini.sampling.boundary import BoundarySizing, Outline, SizeOptions
+from fubini.sampling.boundary import BoundarySizing, Network, Outline, SizeOptions
 from fubini.triangulation.constrained import constrained_delaunay
 from random_regions import random_region
 
@@ -198,8 +198,8 @@ def test_a_boundary_whose_segments_cross_never_reaches_the_optimiser():
 def mesh_boundary(region):
     """The boundary of a region at a size beyond it: its corners alone."""
     outline = Outline.of(region, lambda edge: edge)
-    ends = np.array([(k, (k + 1) % len(region.edges)) for k in range(len(region.edges))])
-    sizing = BoundarySizing([outline], ends, SizeOptions(10.0 * region.diagonal))
+    network = Network.of([outline], [(k, (k + 1) % len(region.edges)) for k in range(len(region.edges))])
+    sizing = BoundarySizing(network, SizeOptions(10.0 * region.diagonal))
     return sizing.boundary(0, sizing.resolve())
 
 

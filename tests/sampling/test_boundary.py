@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 import regions
 from fubini.region import Region
-from fubini.sampling.boundary import BoundarySizing, Outline, SizeOptions
+from fubini.sampling.boundary import BoundarySizing, Network, Outline, SizeOptions
 from fubini.tracks import evaluate
 from fubini.triangulation.constrained import constrained_delaunay
 from fubini.triangulation.value import CORNER, Boundary
@@ -127,8 +127,8 @@ def test_shared_edge_has_one_set_of_nodes():
     right = regions.polygon([(1, 0), (1.01, 0), (1.01, 1), (1, 1)])
     right = Region.from_loops([type(right.outer)(right.outer.curves, (4, 5, 6, 1), (True, True, True, False))])
     other = Outline.of(right, int)
-    ends = np.array([(0, 1), (1, 2), (2, 3), (3, 0), (1, 4), (4, 5), (5, 2)])
-    sizing = BoundarySizing([outline, other], ends, SizeOptions(0.3))
+    network = Network.of([outline, other], [(0, 1), (1, 2), (2, 3), (3, 0), (1, 4), (4, 5), (5, 2)])
+    sizing = BoundarySizing(network, SizeOptions(0.3))
     nodes = sizing.resolve()
     a, b = (sizing.boundary(f, nodes) for f in (0, 1))
     on_line = [{tuple(p) for p in x.points if p[0] == 1.0} for x in (a, b)]

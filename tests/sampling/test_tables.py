@@ -12,14 +12,15 @@ from fubini.curves import CircularArc, EllipticalArc, Line
 from fubini.region import Region
 from fubini.sampling import tables
 from fubini.sampling._kernels_boundary import find_moved
-from fubini.sampling.boundary import Outline, sample_track
+from fubini.sampling.boundary import Network, Outline, sample_track
 from fubini.sampling.tables import EdgeTables, SizeOptions
 from regions import discretise
 
 
 def tables_of(region: Region, **options) -> EdgeTables:
     outline = Outline.of(region, int)
-    return EdgeTables([outline], len(outline.edges), SizeOptions(100.0, **options))
+    ends = [(e, e + 1) for e in range(len(outline.edges))]
+    return EdgeTables(Network.of([outline], ends), SizeOptions(100.0, **options))
 
 
 @pytest.mark.parametrize("angle", [0.5, 1.0, 4.0, 2 * math.pi])

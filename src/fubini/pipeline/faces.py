@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import functools
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -83,7 +84,7 @@ def attempt(
     Raises ``GeometryError`` where boundary segments cross.
     """
     boundary = with_lone(held(boundary, options, number, number % 2 == 0 and inside is None), lone, size)
-    asked = optimiser_options(options)
+    asked = optimiser_options(options.min_skew, options.max_aspect_ratio, options.growth, options.max_sag)
     if inside is not None:
         start = whole(constrained_delaunay(np.concatenate([boundary.points, inside]), boundary), outline)
         return optimise(start, outline.tracks, asked), None
@@ -152,15 +153,11 @@ def lattice_of(boundary: Boundary, outline: Outline, size: float, gradient: floa
     return lattice_with_core(boundary, size, gradient, SHIFTS[number % len(SHIFTS)], least)
 
 
-def optimiser_options(options: MeshOptions) -> OptimiseOptions:
-    """What the optimiser is asked."""
+@functools.lru_cache(maxsize=16)
+def optimiser_options(min_skew: float, max_aspect_ratio: float, growth: float, max_sag: float) -> OptimiseOptions:
+    """What the optimiser is asked; faces of one run, and runs alike, share it and what is derived from it."""
     return OptimiseOptions(
-        min_skew=options.min_skew,
-        max_aspect_ratio=options.max_aspect_ratio,
-        growth=options.growth,
-        max_sag=options.max_sag,
-        budget=MOVES,
-        budget_each=MOVES_EACH,
+        min_skew, max_aspect_ratio, budget=MOVES, budget_each=MOVES_EACH, growth=growth, max_sag=max_sag
     )
 
 
@@ -184,12 +181,12 @@ def held(boundary: Boundary, options: MeshOptions, number: int, legs: bool) -> B
     a chord tolerance, and with ``legs`` the equal legs of corners that leave no choice for them.
     """
     kind, mode = boundary.kind, boundary.mode
-    if number < SPLIT_SHARED_FROM and mode.any():
+    if number < SPLIT_SHARED_FROM and np.count_nonzero(mode):
         mode = np.where(mode == SPLIT_ONLY, LOCKED, mode).astype(np.uint8)
     if options.chord_tolerance is not None:
         kind = np.where(kind == ON_CURVE, FROZEN, kind).astype(np.uint8)
     tightest = corner_limit(options.min_skew) + TIGHT
-    if legs and boundary.angle.min(initial=180.0) < tightest:
+    if legs and np.minimum.reduce(boundary.angle) < tightest:
         kind, mode = hold_legs(boundary, kind, mode, tightest)
     return boundary if kind is boundary.kind and mode is boundary.mode else replace(boundary, kind=kind, mode=mode)
 
@@ -209,8 +206,8 @@ def hold_legs(boundary: Boundary, kind: Byte, mode: Byte, angle: float) -> tuple
 class FaceMesher:
     """Meshes the faces of a model one by one and follows splits of shared edges through all of them.
 
-    ``pattern`` gives mapped points of every face in place of sized edges and lattices, ``points`` those (p, 2) of
-    every face that are to be nodes.
+    ``pattern`` gives mapped points of every face in place of sized edges and lattices, ``points`` those (p, 2) inside
+    faces that are to be nodes, by face.
     """
 
     def __init__(
@@ -219,7 +216,7 @@ class FaceMesher:
         sizes: list[float],
         options: MeshOptions,
         pattern: list[PatternPoints] | None = None,
-        points: Sequence[Float] = (),
+        points: Mapping[int, Float] | None = None,
     ) -> None:
         self.sizing = sizing
         self.sizes = sizes
@@ -227,7 +224,7 @@ class FaceMesher:
         self.pattern = pattern
         self.base = sizing.resolve() if pattern is None else pattern_nodes(len(sizing.ends), sizing.outlines, pattern)
         self.extra: dict[int, list[float]] = {}
-        self.points = dict(enumerate(points))
+        self.points = points or {}
         self._approach_points()
         self.nodes = self.base
         self.version = np.zeros(len(sizing.ends), np.int32)
@@ -258,7 +255,7 @@ class FaceMesher:
     def _approach_points(self) -> None:
         """Shorten boundary segments that a point inside their face lies close to."""
         for f, points in self.points.items():
-            for _ in range(POINT_ROUNDS if len(points) else 0):
+            for _ in range(POINT_ROUNDS):
                 close = crowded(self.sizing.boundary(f, self.base), points)
                 if not close.any() or not self.sizing.lower_near(f, points[close], self.base, 0.7):
                     break

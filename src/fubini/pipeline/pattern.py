@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -68,7 +69,7 @@ def settle_points(mapped: Float, region: Region, outline: Outline) -> PatternPoi
         inside = inside[~near]
 
 
-def pattern_nodes(edges: int, outlines: list[Outline], points: list[PatternPoints]) -> EdgeNodes:
+def pattern_nodes(edges: int, outlines: Sequence[Outline], points: list[PatternPoints]) -> EdgeNodes:
     """Nodes of all edges: what the faces beside each edge put on it, and its ends.
 
     A straight edge takes the nodes of the face that puts most on it: graded sets of two faces do not

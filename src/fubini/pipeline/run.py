@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from functools import partial
 from itertools import accumulate
@@ -31,7 +30,7 @@ from fubini.pipeline.points import with_points
 from fubini.pipeline.sizes import face_sizes, size_options
 from fubini.region import Region
 from fubini.result import Certificate, FaceCertificate, Mesh
-from fubini.sampling.boundary import BoundarySizing, Outline
+from fubini.sampling.boundary import BoundarySizing, Network, Outline
 from fubini.tracks import evaluate
 
 #: Triangles from which on judging a face is worth a thread.
@@ -149,18 +148,22 @@ def mesh(
     if parting:
         checked = replace(checked, edge_segments=with_segments(checked.edge_segments, parting))
     outlines = outline_faces(model)
+    network = Network.of(outlines, model.numbering.ends)
     clock.lap("load")  # what follows depends on the size
     length = min(checked.size, model.diagonal) if checked.size is not None else pick_size(model)
     check_count(model, length)
     lengths = face_sizes(model, length, checked, wanted)
     asked = size_options(model, outlines, length, lengths, checked, wanted)
-    sizing = BoundarySizing(outlines, model.numbering.ends, asked)
-    with in_model_terms(model):
+    sizing = BoundarySizing(network, asked)
+    try:
         pattern = lay_pattern(model, outlines, checked)
-        inside = [np.array([p for _, p in face.points]).reshape(-1, 2) for face in model.faces]
+        inside = {f: np.array([p for _, p in face.points]) for f, face in enumerate(model.faces) if face.points}
         mesher = FaceMesher(sizing, lengths, checked, pattern, inside)
         clock.lap("boundary")
         results = mesher.run(progress)
+    except GeometryError as error:
+        put_in_model_terms(model, error)
+        raise
     clock.lap("faces")
     whole = assemble(model, outlines, results)
     clock.lap("assemble")
@@ -175,20 +178,14 @@ def mesh(
     return result
 
 
-@contextmanager
-def in_model_terms(model: Model) -> Iterator[None]:
-    """Errors of the stages name running numbers and plane coordinates: turn them into those of the model."""
-    try:
-        yield
-    except GeometryError as error:
-        if error.face is None or error.file is not None:
-            raise
-        face = model.faces[error.face]
-        at = None if error.at is None else face.frame.to_space(error.at)[0]
-        edge = None if error.edge is None else int(model.numbering.edges[error.edge])
-        raise GeometryError(
-            error.message, file=model.source, face=face.index, edge=edge, at=at, fix=error.fix
-        ) from error
+def put_in_model_terms(model: Model, error: GeometryError) -> None:
+    """Errors of the stages name running numbers and plane coordinates: turn them into those of the model, in place."""
+    if error.face is None or error.file is not None:
+        return
+    face = model.faces[error.face]
+    error.file, error.face = model.source, face.index
+    error.at = None if error.at is None else tuple(face.frame.to_space(error.at)[0].tolist())
+    error.edge = None if error.edge is None else int(model.numbering.edges[error.edge])
 
 
 def _options(size: float | None, options: dict[str, Any]) -> MeshOptions:

@@ -19,6 +19,7 @@ from fubini.sampling import _kernels_boundary as kernels
 from fubini.sampling import _kernels_sizes as kernels_of_sizes
 from fubini.sampling._kernels_apart import all_apart
 from fubini.sampling.legs import SHARP, Legs
+from fubini.sampling.network import Network
 from fubini.sampling.outline import Outline
 from fubini.sampling.tables import EdgeTables, SizeOptions, sample_track
 from fubini.sampling.tangles import chords_to_halve
@@ -28,7 +29,6 @@ from fubini.triangulation.constrained import NO_EDGES, constrained_delaunay
 from fubini.triangulation.value import CORNER, FROZEN, LOCKED, Boundary, Byte
 
 Float = NDArray[np.float64]
-Int = NDArray[np.int64]
 
 #: A gap is resolved when the nodes beside it are no further apart than the wanted size over this.
 RESOLVED = 0.85
@@ -43,22 +43,17 @@ class BoundarySizing:
 
     Parameters
     ----------
-    outlines : the faces.
-    ends : (e, 2) vertex numbers of the edges.
+    network : the faces and their edges.
     options : sizes and limits.
     """
 
-    def __init__(self, outlines: list[Outline], ends: Int, options: SizeOptions) -> None:
-        self.outlines = outlines
-        self.ends = np.array(ends, np.int64, order="C")
-        self.options = options
-        self._edges = np.concatenate([outline.edges for outline in outlines])
-        self.uses = np.bincount(self._edges, minlength=len(ends))
-        self.tables = EdgeTables(outlines, len(ends), options)
-        self.legs = Legs(outlines, self.ends, options, self.tables)
-        self._sharp = bool(self.legs.radius.any())
-        self._no_steps = np.zeros((len(ends), 2))
-        self._unbounded = np.full((2, len(self.legs.longest)), np.inf)
+    def __init__(self, network: Network, options: SizeOptions) -> None:
+        self.network, self.options = network, options
+        self.outlines, self.ends = network.outlines, network.ends
+        self.tables = EdgeTables(network, options)
+        self.legs = Legs(network, options, self.tables)
+        self._sharp = np.count_nonzero(self.legs.radius) > 0
+        self._no_steps = np.zeros_like(self.legs.radius)
         self._seen: dict[int, tuple[EdgeNodes, Boundary]] = {}
         if self._sharp:
             kernels_of_sizes.shorten_legs(*self.tables.pool, self.ends, self.legs.radius, *self._limits())
@@ -77,7 +72,7 @@ class BoundarySizing:
             changed, moved = np.zeros((2, len(self.ends)), np.uint8)
             last = round_ == self.options.rounds - 1
             tangled = [f for f in dirty if self._look_across(f, nodes, changed, last)]
-            if not changed.any():
+            if not np.count_nonzero(changed):
                 break
             before, nodes = nodes, self._place()
             kernels.find_moved(nodes.first, nodes.t, before.first, before.t, CREEP, moved)
@@ -88,10 +83,7 @@ class BoundarySizing:
 
     def _faces_of(self, moved: Byte, tangled: list[int]) -> list[int]:
         """Faces with an edge that moved, and those tangled."""
-        if len(self.outlines) == 1:
-            return [0] if tangled or moved.any() else []
-        face = np.repeat(np.arange(len(self.outlines)), [len(outline.edges) for outline in self.outlines])
-        return sorted({*face[moved[self._edges] > 0].tolist(), *tangled})
+        return sorted({*self.network.faces[moved[self.network.edges] > 0].tolist(), *tangled})
 
     def lower_near(self, face: int, places: ArrayLike, nodes: EdgeNodes, factor: float) -> bool:
         """Ask for smaller segments of one face near ``places`` (k, 2); False when nothing changed."""
@@ -124,7 +116,9 @@ class BoundarySizing:
 
     def _limits(self) -> tuple[Float, Float, float, Float]:
         """Sizes and legs (v,) that vertices allow before grading, the growth, and the longest legs over those sizes."""
-        sizes, legs = self._unbounded.copy()
+        sizes, legs = np.empty((2, self.network.vertices))
+        sizes.fill(np.inf)
+        legs.fill(np.inf)
         for v, asked in self.options.vertex_size.items():
             sizes[v] = asked
         return sizes, legs, self.options.gradient, self.legs.longest
@@ -153,11 +147,11 @@ class BoundarySizing:
         """The same, built anew."""
         outline = self.outlines[face]
         arrays = kernels.gather_face(
-            *outline.tracks, outline.loop_first, outline.edges, outline.forward, outline.angles, self.uses,
+            *outline.tracks, outline.loop_first, outline.edges, outline.forward, outline.angles, self.network.uses,
             nodes.first, nodes.t, SHARP, self.options.size,
         )  # fmt: skip
         whole = Boundary(*arrays)
-        if self.legs.held.any():
+        if self._sharp and self.legs.held.any():
             self.legs.hold(outline, whole)
         return whole if outline.inner == len(outline.edges) else welded(whole, outline.inner)
 
@@ -290,4 +284,4 @@ def welded(boundary: Boundary, inner: int) -> Boundary:
     )  # fmt: skip
 
 
-__all__ = ["BoundarySizing", "EdgeNodes", "Outline", "SizeOptions", "sample_track"]
+__all__ = ["BoundarySizing", "EdgeNodes", "Network", "Outline", "SizeOptions", "sample_track"]

@@ -27,6 +27,8 @@ SECTOR = math.pi / 4.0
 CLEAR = 0.3
 #: ... and other points this share from it.
 ALONE = 0.5
+#: Ends of segments where there are none.
+NO_SEGMENTS: Float = np.empty((0, 2, 2))
 #: Segments much longer than asked keep the lattice away by this times the excess: right-angled triangles shrink to the
 #: size over that distance.
 ROOM = 1.2
@@ -34,8 +36,8 @@ ROOM = 1.2
 
 def long_segments(boundary: Boundary, size: float) -> Float:
     """Ends (k, 2, 2) of the segments that are much longer than ``size``; the nodes there are larger than asked, too."""
-    if boundary.size.max(initial=0.0) <= size:
-        return np.empty((0, 2, 2))
+    if np.maximum.reduce(boundary.size) <= size:
+        return NO_SEGMENTS
     ends = boundary.points[boundary.segments]
     return ends[np.hypot(*(ends[:, 1] - ends[:, 0]).T) > LONG_SEGMENT * size]
 

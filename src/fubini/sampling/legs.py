@@ -13,6 +13,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from fubini.sampling.network import Network
 from fubini.sampling.outline import Outline
 from fubini.sampling.tables import EdgeTables, SizeOptions
 from fubini.tracks import evaluate
@@ -51,7 +52,7 @@ ROOM = 0.85
 
 
 class Legs:
-    """Lengths of the legs at the ends of all edges.
+    """Lengths of the legs at the ends of all edges; without sharp corners ``radius`` and ``longest`` alone.
 
     Attributes
     ----------
@@ -62,16 +63,16 @@ class Legs:
     narrowest : (e, 2) least angle (degrees) of the sharp corners, of whatever faces, that a leg belongs to.
     """
 
-    def __init__(
-        self, outlines: list[Outline], ends: NDArray[np.int64], options: SizeOptions, tables: EdgeTables
-    ) -> None:
-        self.outlines, self.ends, self.options, self.tables = outlines, ends, options, tables
-        self.radius = np.zeros((len(ends), 2))
-        self.held, self.lengthened = np.zeros((2, len(ends), 2), bool)
-        self.narrowest = np.full((len(ends), 2), SHARP)
-        self.longest = np.ones(int(ends.max(initial=-1)) + 1)
+    def __init__(self, network: Network, options: SizeOptions, tables: EdgeTables) -> None:
+        self.outlines, self.ends, self.options, self.tables = network.outlines, network.ends, options, tables
+        self.radius = np.zeros((len(self.ends), 2))
+        self.longest = np.ones(network.vertices)
         self._walled: list[tuple[Outline, int, int, float, list[tuple[int, int]]]] = []
-        for face, outline in enumerate(outlines):
+        if network.sharpest >= SHARP:
+            return
+        self.held, self.lengthened = np.zeros((2, *self.radius.shape), bool)
+        self.narrowest = np.full(self.radius.shape, SHARP)
+        for face, outline in enumerate(self.outlines):
             if outline.angles.min() < SHARP:
                 self._protect_corners(outline, options.fields[face] if options.fields is not None else None)
 

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fubini.sampling import _kernels_sizes as kernels
+from fubini.sampling.network import Network
 from fubini.sampling.outline import Outline
-from fubini.tracks import Tracks, evaluate, joined
-from fubini.tracks.table import LINE
+from fubini.tracks import Tracks, evaluate
 
 Float = NDArray[np.float64]
 Int = NDArray[np.int64]
@@ -68,26 +68,27 @@ class EdgeTables(Sequence[Table]):
     use; edge e has rows ``span[e, 0]`` to ``span[e, 1]``. ``at_least`` (e,).
     """
 
-    def __init__(self, outlines: list[Outline], edges: int, options: SizeOptions) -> None:
-        self.options = options
-        most, self.at_least = np.full(edges, float(options.size)), np.ones(edges, np.int64)
+    def __init__(self, network: Network, options: SizeOptions) -> None:
+        self.options, edges = options, len(network.ends)
+        most, self.at_least = np.empty(edges), np.ones(edges, np.int64)
+        most.fill(options.size)
         for e, size in options.edge_size.items():
             most[e] = min(size, options.size)
         for e, asked in options.edge_segments.items():
             self.at_least[e] = max(1, asked)
         bent = options.keep_turn or options.chord_tolerance is not None
-        tracks, which = _every_track(outlines, edges)
         bound = np.full(edges, np.inf) if bent else most
         self.span, self.t, self.s, self.h = kernels.sample_tracks(
-            *tracks, which, float(options.turn), BLUR * max(o.grain for o in outlines), bound, self.at_least, int(bent)
-        )
+            *network.tracks, network.first, float(options.turn), BLUR * max(o.grain for o in network.outlines), bound,
+            self.at_least, int(bent),
+        )  # fmt: skip
         self.fill = len(self.t)
         if bent:
-            self._bound_by_bending(outlines, most)
-        for f, outline in enumerate(outlines):
-            if options.fields is not None:
-                self._sample_field(outline, options.fields[f])
-            self._count_closed_loops(outline)
+            self._bound_by_bending(network.outlines, most)
+        if options.fields is not None:
+            for outline, field_ in zip(network.outlines, options.fields, strict=True):
+                self._sample_field(outline, field_)
+        np.maximum(self.at_least, network.least, out=self.at_least)
 
     def __len__(self) -> int:
         return len(self.span)
@@ -114,7 +115,7 @@ class EdgeTables(Sequence[Table]):
         self.t[rows], self.s[rows], self.h[rows] = t, s, h
         self.span[e], self.fill = (rows.start, rows.stop), rows.stop
 
-    def _bound_by_bending(self, outlines: list[Outline], most: Float) -> None:
+    def _bound_by_bending(self, outlines: Sequence[Outline], most: Float) -> None:
         """Lower the tables to ``most`` (e,) and to the curvature bounds of ``keep_turn`` and ``chord_tolerance``."""
         options, seen = self.options, set()
         for outline in outlines:
@@ -142,24 +143,6 @@ class EdgeTables(Sequence[Table]):
             asked = sizes(np.ascontiguousarray(evaluate(outline.tracks, j, places)))
             least = self.options.smallest * self.options.size
             self._replace(e, places, along, np.minimum(np.interp(along, s, h), np.maximum(asked, least)))
-
-    def _count_closed_loops(self, outline: Outline) -> None:
-        """A loop of one curve needs three segments, one of two curves two on a curved one."""
-        starts, lengths = outline.loop_first[:-1], np.diff(outline.loop_first)
-        for curves in (1, 2) if lengths.min(initial=3) < 3 else ():
-            for j in (starts[lengths == curves] + k for k in range(curves)):
-                least = 3 if curves == 1 else np.where(outline.tracks.kinds[j] != LINE, 2, 1)
-                e = outline.edges[j]
-                self.at_least[e] = np.maximum(self.at_least[e], least)
-
-
-def _every_track(outlines: list[Outline], edges: int) -> tuple[Tracks, NDArray[np.int32]]:
-    """The tracks of all faces in one table, and the first track (e,) of every edge."""
-    tracks = joined([outline.tracks for outline in outlines])
-    along = np.concatenate([outline.edges for outline in outlines])
-    which = np.empty(edges, np.int32)
-    which[along[::-1]] = np.arange(len(along), dtype=np.int32)[::-1]
-    return tracks, which
 
 
 def sample_track(tracks: Tracks, j: int, turn: float) -> Table:

@@ -1,0 +1,71 @@
+"""What the discretisation knows of all edges of a model before any size is asked."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fubini.sampling.outline import Outline
+from fubini.tracks import Tracks, joined
+from fubini.tracks.table import LINE
+
+Int = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Network:
+    """The edges of a model, and the curves of its faces that run along them; not to be written to.
+
+    Attributes
+    ----------
+    outlines : the faces.
+    ends : (e, 2) running numbers of the vertices of the edges.
+    vertices : how many of them there are.
+    tracks : the curves of all faces in one table, face by face.
+    edges, faces : (c,) edge and face of each of them.
+    first : (e,) int32, the first of them on each edge.
+    uses : (e,) how many of them lie on each edge.
+    least : (e,) segments that an edge needs so that its loops do not collapse.
+    sharpest : least interior angle of all corners, degrees.
+    """
+
+    outlines: Sequence[Outline]
+    ends: Int
+    vertices: int
+    tracks: Tracks
+    edges: Int
+    faces: Int
+    first: NDArray[np.int32]
+    uses: Int
+    least: Int
+    sharpest: float
+
+    @classmethod
+    def of(cls, outlines: Sequence[Outline], ends: ArrayLike) -> Network:
+        """Network of the edges with these ``ends`` (e, 2), numbered as in the outlines."""
+        ends = np.array(ends, np.int64, order="C")
+        edges = np.concatenate([outline.edges for outline in outlines])
+        faces = np.repeat(np.arange(len(outlines)), [len(outline.edges) for outline in outlines])
+        first = np.empty(len(ends), np.int32)
+        first[edges[::-1]] = np.arange(len(edges), dtype=np.int32)[::-1]
+        return cls(
+            outlines, ends, int(ends.max(initial=-1)) + 1, joined([outline.tracks for outline in outlines]), edges,
+            faces, first, np.bincount(edges, minlength=len(ends)), _least(outlines, len(ends)),
+            min(float(outline.angles.min()) for outline in outlines),
+        )  # fmt: skip
+
+
+def _least(outlines: Sequence[Outline], edges: int) -> Int:
+    """A loop of one curve needs three segments, one of two curves two on a curved one."""
+    least = np.ones(edges, np.int64)
+    for outline in outlines:
+        starts, lengths = outline.loop_first[:-1], np.diff(outline.loop_first)
+        for curves in (1, 2) if lengths.min(initial=3) < 3 else ():
+            for j in (starts[lengths == curves] + k for k in range(curves)):
+                asked = 3 if curves == 1 else np.where(outline.tracks.kinds[j] != LINE, 2, 1)
+                e = outline.edges[j]
+                least[e] = np.maximum(least[e], asked)
+    return least
