@@ -139,3 +139,24 @@ def test_attempts_that_start_alike_are_made_once(size, alike, monkeypatch):
     assert attempt(*face, 2, None, tried=tried) is not None and len(tried) == 1
     assert (attempt(*face, 4, None, tried=tried) is None) == alike
     assert len(tried) == (1 if alike else 2)
+
+
+@pytest.mark.parametrize("effort", [20_000, 200_000])
+def test_a_face_that_cannot_be_had_is_given_up_when_its_effort_is_spent(effort, monkeypatch):
+    """A wedge below 1.1 degrees with walls leaves flaws in any mesh."""
+    from fubini.pipeline import faces
+
+    outcomes, attempt = [], faces.attempt
+
+    def noted(*args):
+        outcomes.append(attempt(*args))
+        return outcomes[-1]
+
+    monkeypatch.setattr(faces, "attempt", noted)
+    monkeypatch.setattr(faces, "EFFORT", effort)
+    c = fubini.mesh(wedge(0.9, 2.0), 2.2).certificate
+    reported = [f for f in c.faces if f.excess]
+    assert reported and all(f.budget_exhausted for f in reported)
+    assert all("budget of moves was spent" in reason for f in reported for reason in f.reasons)
+    efforts = [found[0].effort for found in outcomes if found is not None and found[0].excess]
+    assert sum(efforts) < len(reported) * effort + 12 * max(efforts)

@@ -87,6 +87,7 @@ def _finish(
         splits,
         bool(counts[EXCESS] and counts[ATTEMPTS] > counts[BUDGET]),
         tuple((x, y) for x, y in worst),
+        int(counts[ATTEMPTS]),
     )
 
 

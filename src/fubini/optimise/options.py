@@ -69,6 +69,7 @@ class OptimiseOutcome:
     splits : (track, t) of the nodes put on SPLIT_ONLY segments, for the face on the other side.
     budget_exhausted : the effort ended before the bound was met.
     worst : (x, y) centroids of the triangles counted in ``excess``.
+    effort : moves attempted.
     """
 
     triangulation: Triangulation
@@ -79,6 +80,7 @@ class OptimiseOutcome:
     splits: tuple[tuple[int, float], ...] = ()
     budget_exhausted: bool = False
     worst: tuple[tuple[float, float], ...] = ()
+    effort: int = 0
 
 
 def implied_aspect_ratio(min_skew: float) -> float:

@@ -42,6 +42,9 @@ MOST_SPLITS = 4
 #: Moves that the optimiser may attempt on a face: so many, and so many more for each triangle. Another lattice or
 #: a finer boundary helps more than a longer search.
 MOVES, MOVES_EACH = 50_000, 400
+#: ... and on all attempts on one face that leave a flaw, however often it is meshed: twice what the worst face of
+#: thousands needed that came out without one.
+EFFORT = 200_000
 #: Finer boundaries in a row that leave no fewer flaws, before a face is given up: beside a cusp they only shift them.
 PATIENCE = 2
 #: Corners so little (degrees) above what one triangle can cover leave no choice for its legs.
@@ -230,6 +233,7 @@ class FaceMesher:
         self.version = np.zeros(len(sizing.ends), np.int32)
         self.results: dict[int, FaceResult] = {}
         self.finer: dict[int, int] = {}
+        self.effort: dict[int, int] = {}
         self.settled = False
 
     def run(self, progress: Progress | None = None) -> list[FaceResult]:
@@ -279,6 +283,9 @@ class FaceMesher:
             done = self.finer.get(f, 0)
             if not best.excess or self.settled or self.pattern is not None or done >= self.options.rounds:
                 break
+            if self._spent(f):
+                best = replace(best, budget_exhausted=True)
+                break
             if len(left) > PATIENCE and min(left[-PATIENCE:]) >= min(left[:-PATIENCE]):
                 break
             self.finer[f] = done + 1
@@ -298,7 +305,7 @@ class FaceMesher:
         inside = self.pattern[f].inside if self.pattern is not None else None
         field = self.sizing.options.fields[f] if self.sizing.options.fields is not None else None
         along = self._asked_along(outline)
-        for number in self._attempts():
+        for number in self._attempts(f):
             boundary, size = self.sizing.boundary(f, self.nodes), self.sizes[f]
             lone = self.points.get(f, NO_POINTS)
             try:
@@ -308,7 +315,9 @@ class FaceMesher:
                 raise
             if found is not None and (best is None or found[0].excess < best[0].excess):
                 best = found
-            if best is not None and best[0].excess == 0:
+            if found is not None and found[0].excess:
+                self.effort[f] = self.effort.get(f, 0) + found[0].effort
+            if best is not None and (best[0].excess == 0 or self._spent(f)):
                 break
         if best is None:
             raise OptionError(f"attempts is {self.options.attempts}", fix="allow at least one")
@@ -319,9 +328,13 @@ class FaceMesher:
         asked = self.sizing.options.edge_size
         return np.array([asked.get(e, np.inf) for e in outline.edges.tolist()]) if asked else None
 
-    def _attempts(self) -> Sequence[int]:
+    def _spent(self, f: int) -> bool:
+        """Whether the effort that a face may cost is spent."""
+        return self.effort.get(f, 0) > EFFORT
+
+    def _attempts(self, f: int) -> Sequence[int]:
         """Numbers of the attempts to make; none that splits shared edges once their nodes are settled."""
-        if self.settled:
+        if self.settled or self._spent(f):
             return range(SPLIT_SHARED_FROM)
         return range(self.options.attempts) if self.pattern is None else (0, SPLIT_SHARED_FROM)
 
