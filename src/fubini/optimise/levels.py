@@ -48,7 +48,7 @@ def level(outcome: OptimiseOutcome, tracks: Tracks, options: OptimiseOptions) ->
         better = levelled(even, tracks, options)
         if better is not even:
             even, longest = better, float(_sizes(better.points, better.triangles)[2].max())
-    return outcome if even is outcome.triangulation else replace(outcome, triangulation=even), longest
+    return outcome if even is outcome.triangulation else outcome.on(even), longest
 
 
 def levelled(triangulation: Triangulation, tracks: Tracks, options: OptimiseOptions) -> Triangulation:

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import functools
 import math
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -70,7 +69,10 @@ def evened(triangulation: Triangulation, options: OptimiseOptions) -> tuple[Tria
     first, star, failed = (np.empty(k, np.int32) for k in (n - fixed + 1, 3 * m, n - fixed))
     scratch = first, star, np.empty(m), np.empty(m), np.zeros(m, np.int32), failed
     moves, left, square = even(points, triangles, neighbours, fixed, options.growth, _kept(options), *scratch)
-    return replace(triangulation, points=points) if moves else triangulation, left, math.sqrt(square)
+    if moves:
+        old = triangulation
+        triangulation = Triangulation(points, old.triangles, old.neighbours, old.boundary, old.unrecovered, old.dropped)
+    return triangulation, left, math.sqrt(square)
 
 
 def least_kept(options: OptimiseOptions) -> float:

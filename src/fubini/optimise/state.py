@@ -34,8 +34,8 @@ from fubini.triangulation.value import LOCKED, Boundary, Triangulation
 #: f = tan(skewness - 45 deg) that the moves aim at lies this far above the bound
 MARGIN = 4e-3
 
-#: nodes and boundary segments, and half the triangles, that the arrays kept for small states have room for
-SMALL = 2048
+#: nodes and boundary segments, and half the triangles, that arrays kept from one state to the next have room for
+ROOMS = 2048, 8192, 32768
 
 #: corners below this (degrees) are filled by one triangle; marked so in ``State.sharp``
 ACUTE = 50.0
@@ -94,14 +94,15 @@ def build_state(
     """State of the triangulation with room for about ``spare`` more nodes.
 
     size, most : see ``prepare_state``; None for the size of the boundary's nodes.
-    passing : the state is read out before this thread builds another. Small ones then share their arrays.
+    passing : the state is read out before this thread builds another. All but the largest then share their arrays.
     """
     from fubini.optimise._kernels_copy import fill
 
     boundary, n, m, k = tri.boundary, len(tri.points), len(tri.triangles), len(tri.boundary.segments)
     nodes, triangles, segments = n + spare, m + 2 * spare + 200, k + spare
-    if passing and max(nodes, segments) <= SMALL and triangles <= 2 * SMALL:
-        state = _small_state(options, tracks)
+    wanted = max(nodes, segments, (triangles + 1) // 2)
+    if passing and wanted <= ROOMS[-1]:
+        state = _kept_state(next(room for room in ROOMS if room >= wanted), options, tracks)
     else:
         state = State(*[*_arrays(nodes, triangles, segments), rule_of(options).copy(), *tracks])
     fill(
@@ -129,15 +130,17 @@ def _arrays(nodes: int, triangles: int, segments: int) -> list[NDArray]:
     ]  # fmt: skip
 
 
-def _small_state(options: OptimiseOptions, tracks: Tracks) -> State:
-    """A state of ``SMALL`` nodes and segments, in a thread always of the same arrays: most faces are small."""
-    if not hasattr(_kept, "arrays"):
-        _kept.arrays = [*_arrays(SMALL, 2 * SMALL, SMALL), rule_of(options).copy()]
-        _kept.words = State(*[*_kept.arrays, *tracks]).words
-    _kept.arrays[-1][:] = rule_of(options)
-    _kept.words[-len(tracks.words) :] = tracks.words
-    state = State(*[*_kept.arrays, *tracks])
-    state.__dict__["words"] = _kept.words
+def _kept_state(room: int, options: OptimiseOptions, tracks: Tracks) -> State:
+    """A state of so many nodes and segments, in a thread always of the same arrays: to make them takes long."""
+    kept: dict[int, tuple[list[NDArray], NDArray[np.int64]]] = _kept.__dict__.setdefault("states", {})
+    if room not in kept:
+        arrays = [*_arrays(room, 2 * room, room), rule_of(options).copy()]
+        kept[room] = arrays, State(*[*arrays, *tracks]).words
+    arrays, words = kept[room]
+    arrays[-1][:] = rule_of(options)
+    words[-len(tracks.words) :] = tracks.words
+    state = State(*[*arrays, *tracks])
+    state.__dict__["words"] = words
     return state
 
 

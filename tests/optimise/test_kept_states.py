@@ -1,8 +1,9 @@
-"""Small states share their arrays: nothing of one face may reach the next."""
+"""States share their arrays: nothing of one face may reach the next."""
 
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 import fubini
 import regions
@@ -24,11 +25,12 @@ def test_meshes_do_not_depend_on_what_was_meshed_before():
     assert digest(fubini.mesh(plate, 0.3)) == alone
 
 
-def test_small_and_large_arrays_give_the_same_mesh(monkeypatch):
+@pytest.mark.parametrize("rooms", [(1,), (20_000,), (100, 400, 20_000)])
+def test_kept_arrays_of_any_length_and_new_ones_give_the_same_mesh(monkeypatch, rooms):
     model = regions.model_of(regions.plate(4))
-    small = digest(fubini.mesh(model, 0.3))
-    monkeypatch.setattr(states, "SMALL", 1)
-    assert digest(fubini.mesh(model, 0.3)) == small
+    meshes = [digest(fubini.mesh(model, size)) for size in (0.3, 0.05)]
+    monkeypatch.setattr(states, "ROOMS", rooms)
+    assert [digest(fubini.mesh(model, size)) for size in (0.3, 0.05)] == meshes
 
 
 def test_what_is_counted_and_marked_starts_at_zero():
@@ -43,10 +45,11 @@ def test_what_is_counted_and_marked_starts_at_zero():
                 getattr(state, name)[:] = 7
 
 
-def test_the_words_of_small_states_are_those_of_their_arrays():
+def test_the_words_of_kept_states_are_those_of_their_arrays():
     boundary, sizing, _ = regions.discretise(regions.plate(4), 0.3)
     start = constrained_delaunay(boundary.points, boundary)
     for tracks in (sizing.outlines[0].tracks, NO_TRACKS):
-        state = states.build_state(start, tracks, OptimiseOptions(), 100, passing=True)
-        assert len(state.points) == states.SMALL
-        assert state.words.tolist() == State(*state).words.tolist()
+        for spare, room in ((100, states.ROOMS[0]), (3000, states.ROOMS[1])):
+            state = states.build_state(start, tracks, OptimiseOptions(), spare, passing=True)
+            assert len(state.points) == room
+            assert state.words.tolist() == State(*state).words.tolist()
