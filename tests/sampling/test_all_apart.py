@@ -48,6 +48,14 @@ def test_where_nodes_are_apart_a_triangulation_of_the_boundary_lowers_nothing(mo
     assert apart > 20
 
 
+@pytest.mark.parametrize("share", [30, 40, 60])
+def test_gaps_as_wide_as_their_nodes_allow_need_no_triangulation(share):
+    """Nodes across the teeth and beside the holes are less than a size apart, and far enough for what lies there."""
+    for region in (regions.gear(), regions.plate(4)):
+        boundary, sizing, _ = regions.discretise(region, region.diagonal / share)
+        assert claimed(sizing, boundary)
+
+
 @pytest.mark.parametrize("gap", [0.5, 0.05, 1e-3])
 def test_a_neck_is_no_place_apart(gap):
     """Two squares joined by a neck, narrower than its nodes are apart."""

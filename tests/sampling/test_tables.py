@@ -52,7 +52,7 @@ def test_the_pool_grows_as_needed(monkeypatch):
     points = [(0, 0), (10, 0), (10, 6), (0, 6)]
     region = regions.polygon(points, [(2, 0.02), (8, 0.02), (8, 3), (2, 3)])
     ample, sizing, _ = discretise(region, 1.0)
-    monkeypatch.setattr(tables, "LEAST_ROOM", 1)
+    monkeypatch.setattr(tables, "SPARE", 1)
     scarce, other, _ = discretise(region, 1.0)
     assert np.array_equal(ample.points, scarce.points)
     assert len(other.tables.t) < len(sizing.tables.t)

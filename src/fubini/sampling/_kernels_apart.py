@@ -8,18 +8,17 @@ import numpy as np
 
 from fubini._jit import inner, kernel
 
-#: Segments longer than this times the sizes at their ends could cross and no node lie near.
-LENGTHY = 1.6
+#: Pairs of nodes looked at for each node before it is left to a triangulation: a boundary of very different sizes.
+PAIRS = 64
 #: Primes that spread cells of a grid over a table.
 HASH = (73856093, 19349663)
 
 
 @inner
-def neighbours_along(points, segments, size, before, after, reach, length):
+def neighbours_along(points, segments, size, before, after, reach, length, shortest):
     """Nodes before and after each node (n,), largest size of the three, longer segment of the two; whether that is all.
 
-    It is not where a node is passed twice, or where segments are so long for their sizes, or turn so far, that they
-    could cross with no node near the other.
+    It is not where a node is passed twice, or a segment is no shorter than ``shortest`` times the sizes at its ends.
     """
     n = points.shape[0]
     for v in range(n):
@@ -32,36 +31,50 @@ def neighbours_along(points, segments, size, before, after, reach, length):
         after[a], before[b] = b, a
         x, y = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1]
         d = math.sqrt(x * x + y * y)
-        if d > LENGTHY * max(size[a], size[b]):
+        if d >= shortest * (size[a] + size[b]):
             return False
         length[a], length[b] = max(length[a], d), max(length[b], d)
-    turned = np.int64(-1)
     for v in range(n):
-        a, b = before[v], after[v]
-        if a < 0 or b < 0:
+        if before[v] < 0 or after[v] < 0:
             return False
-        reach[v] = max(size[v], max(size[a], size[b]))
-        ux, uy = points[v, 0] - points[a, 0], points[v, 1] - points[a, 1]
-        wx, wy = points[b, 0] - points[v, 0], points[b, 1] - points[v, 1]
-        dot, most = ux * wx + uy * wy, math.sqrt((ux * ux + uy * uy) * (wx * wx + wy * wy))
-        if dot < -0.3 * most:
-            return False
-        if dot < 0.5 * most:
-            if turned == a or turned == b:
-                return False
-            turned = v
+        reach[v] = max(size[v], max(size[before[v]], size[after[v]]))
     return True
+
+
+@inner
+def is_clear(points, size, v, a, b, least):
+    """Whether node v is at least ``least`` times its size, and that at its foot, from the segment from a to b."""
+    ex, ey = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1]
+    px, py = points[v, 0] - points[a, 0], points[v, 1] - points[a, 1]
+    square = ex * ex + ey * ey
+    q = min(1.0, max(0.0, (px * ex + py * ey) / square)) if square > 0.0 else 0.0
+    x, y = px - q * ex, py - q * ey
+    wanted = least * max(size[v], q * size[b] + (1.0 - q) * size[a])
+    return x * x + y * y >= wanted * wanted
+
+
+@inner
+def are_clear(points, size, before, after, v, w, least):
+    """Whether node v is clear of the segments at w, and w of those at v; v and w are not neighbours."""
+    return (
+        is_clear(points, size, v, before[w], w, least)
+        and is_clear(points, size, v, w, after[w], least)
+        and is_clear(points, size, w, before[v], v, least)
+        and is_clear(points, size, w, v, after[v], least)
+    )
 
 
 @kernel(allocates=True)
 def all_apart(points, segments, size, angle, sharp, g, factor, threshold):
-    """Whether nodes that do not follow each other lie so far apart that ``look_across`` would see no gap too narrow.
+    """Whether nodes lie so far from segments at which they do not end that ``look_across`` would see no gap too narrow.
 
-    A node v is at least ``sqrt(d^2 - l^2 / 4)`` from a segment of length l whose ends are at least d from it. Where
-    that is no less than the sizes at all three over ``factor``, nothing is asked by a gap; and sizes do not grow faster
-    than g beyond ``threshold``. No two segments cross then. False where a closer look is due, as beside sharp corners.
+    What a gap asks for is then no less than ``threshold`` times the size at the node beside it, nor on the segment; no
+    size grows from such a one to less than ``threshold`` times any other; and since a segment is shorter than its two
+    ends are, together, from any other, no two cross. A node is at least ``sqrt(d^2 - l^2 / 4)`` from a segment of
+    length l whose ends are at least d from it: nearer ones alone are measured. False where a closer look is due, as
+    beside sharp corners.
     """
-    n = points.shape[0]
+    n, clear = points.shape[0], threshold / factor
     before, after = np.empty(n, np.int32), np.empty(n, np.int32)
     reach, length = np.empty(n), np.empty(n)
     least, most, longest = math.inf, 0.0, 0.0
@@ -69,13 +82,14 @@ def all_apart(points, segments, size, angle, sharp, g, factor, threshold):
         if angle[v] < sharp:
             return False
         least, most = min(least, size[v]), max(most, size[v])
-    if not neighbours_along(points, segments, size, before, after, reach, length):
+    if not neighbours_along(points, segments, size, before, after, reach, length, clear):
         return False
     for v in range(n):
         longest = max(longest, length[v])
-    radius = math.sqrt((most / factor) ** 2 + 0.25 * longest**2)
-    if least + g * radius < threshold * most:
-        return False
+        w = after[v]
+        if not (is_clear(points, size, v, w, after[w], clear) and is_clear(points, size, w, before[v], v, clear)):
+            return False
+    radius = max(math.sqrt((most / factor) ** 2 + 0.25 * longest**2), threshold * (most - least) / g)
     mask = 1
     while mask < 2 * n:
         mask *= 2
@@ -86,6 +100,7 @@ def all_apart(points, segments, size, angle, sharp, g, factor, threshold):
     x0, y0 = points[0, 0], points[0, 1]
     for v in range(n):
         x0, y0 = min(x0, points[v, 0]), min(y0, points[v, 1])
+    left = PAIRS * n
     for v in range(n):
         i, j = np.int64((points[v, 0] - x0) / radius) + 1, np.int64((points[v, 1] - y0) / radius) + 1
         for row in range(i - 1, i + 2):
@@ -95,13 +110,17 @@ def all_apart(points, segments, size, angle, sharp, g, factor, threshold):
                     x, y = points[v, 0] - points[w, 0], points[v, 1] - points[w, 1]
                     square = x * x + y * y
                     if square < radius * radius:
-                        beside = before[v] == w or after[v] == w
-                        d, l = max(reach[v], reach[w]) / factor, max(length[v], length[w])
-                        if not beside and square < d * d + 0.25 * l * l:
+                        smaller, larger = min(size[v], size[w]), max(size[v], size[w])
+                        if threshold * smaller + g * math.sqrt(square) < threshold * larger:
                             return False
-                        if min(size[v], size[w]) + g * math.sqrt(square) < threshold * max(size[v], size[w]):
+                        d, l = max(reach[v], reach[w]) / factor, max(length[v], length[w])
+                        near = square < d * d + 0.25 * l * l and before[v] != w and after[v] != w
+                        if near and not are_clear(points, size, before, after, v, w, clear):
                             return False
                     w = following[w]
+                    left -= 1
+        if left < 0:
+            return False
         cell = (i * HASH[0] ^ j * HASH[1]) & mask
         following[v] = first[cell]
         first[cell] = v

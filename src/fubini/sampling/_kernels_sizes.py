@@ -117,8 +117,8 @@ def walk(kinds, offsets, data, track, count, n, blur, t, s, x, y):
 
 
 @kernel(allocates=True)
-def sample_tracks(kinds, offsets, data, which, turn, blur, most, pieces, dense):
-    """Tables (span, t, s, h) of the tracks ``which`` (e,).
+def sample_tracks(kinds, offsets, data, which, turn, blur, most, pieces, dense, spare):
+    """Tables (span, t, s, h) of the tracks ``which`` (e,), with ``spare`` rows behind them.
 
     ``h`` is the size bound by the turning of the curve (over more than ``blur``), by ``most`` (e,) and by the length
     over ``pieces`` (e,).
@@ -134,6 +134,7 @@ def sample_tracks(kinds, offsets, data, which, turn, blur, most, pieces, dense):
         room += count[e]
         longest = max(longest, count[e])
     span = np.empty((edges, 2), np.int64)
+    room += spare
     t, s, h = np.empty(room), np.empty(room), np.empty(room)
     x, y, angle = np.empty(longest), np.empty(longest), np.empty(longest)
     n = 0

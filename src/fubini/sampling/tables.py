@@ -17,8 +17,8 @@ from fubini.tracks import Tracks, evaluate
 
 Float = NDArray[np.float64]
 Int = NDArray[np.int64]
-#: Rows that the pool of tables grows by at least.
-LEAST_ROOM = 1024
+#: Rows of the pool of tables that are free at first, and that it grows by at least.
+SPARE = 1024
 #: Curves turn by rounding alone over so many steps that their coordinates are rounded to.
 BLUR = 64.0
 #: t, s, h (n,) of one edge.
@@ -80,9 +80,9 @@ class EdgeTables(Sequence[Table]):
         bound = np.full(edges, np.inf) if bent else most
         self.span, self.t, self.s, self.h = kernels.sample_tracks(
             *network.tracks, network.first, float(options.turn), BLUR * max(o.grain for o in network.outlines), bound,
-            self.at_least, int(bent),
+            self.at_least, int(bent), SPARE,
         )  # fmt: skip
-        self.fill = len(self.t)
+        self.fill = len(self.t) - SPARE
         if bent:
             self._bound_by_bending(network.outlines, most)
         if options.fields is not None:
@@ -104,7 +104,7 @@ class EdgeTables(Sequence[Table]):
 
     def grow(self, missing: int) -> None:
         """Make room for so many more rows, and for those of rounds to come."""
-        more = np.empty(max(LEAST_ROOM, len(self.t)) + missing)
+        more = np.empty(max(SPARE, len(self.t)) + missing)
         self.t, self.s, self.h = (np.concatenate([part, more]) for part in (self.t, self.s, self.h))
 
     def _replace(self, e: int, t: Float, s: Float, h: Float) -> None:
@@ -148,7 +148,7 @@ class EdgeTables(Sequence[Table]):
 def sample_track(tracks: Tracks, j: int, turn: float) -> Table:
     """Parameters, arc lengths and curvature-bound sizes (n,) along track j; two samples for a line."""
     free = np.full(1, np.inf), np.ones(1, np.int64)
-    _, t, s, h = kernels.sample_tracks(*tracks, np.array([j], np.int32), turn, 0.0, *free, 1)
+    _, t, s, h = kernels.sample_tracks(*tracks, np.array([j], np.int32), turn, 0.0, *free, 1, 0)
     return t, s, h
 
 
