@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
+from fubini.numbering import Numbering, number_edges
 
 if TYPE_CHECKING:
     from fubini.curves import Curve
@@ -103,18 +105,6 @@ class SkippedFace:
     name: str | None = None
 
 
-class Numbering(NamedTuple):
-    """By running number of an edge: its CAD index (e,), those of its vertices (e, 2), their running numbers (e, 2).
-
-    And running numbers of edges by CAD index. Not to be written to.
-    """
-
-    edges: NDArray[np.int64]
-    vertices: NDArray[np.int64]
-    ends: NDArray[np.int64]
-    number: dict[int, int]
-
-
 @dataclass(frozen=True)
 class Model:
     """All planar faces of a source.
@@ -145,10 +135,13 @@ class Model:
     @cached_property
     def numbering(self) -> Numbering:
         """Running numbers of the edges on or in faces, and of their vertices."""
-        used = sorted({edge for face in self.faces for edge in (*face.region.edges, *(e for _, e in face.inner))})
-        ends = np.array([(self.edges[e].start, self.edges[e].end) for e in used], np.int64).reshape(-1, 2)
-        vertices, numbers = np.unique(ends, return_inverse=True)
-        return Numbering(np.array(used, np.int64), ends, numbers.reshape(-1, 2), dict(zip(used, range(len(used)))))
+        return number_edges(self.faces, self.edges, self.vertices)
+
+    @property
+    def faces_cut(self) -> tuple[Face, ...]:
+        """The faces as they are meshed: edges that have kinks in pieces, called by the keys of ``numbering.number``."""
+        pieces = self.numbering.pieces
+        return self.faces if pieces is None else pieces.faces
 
     def __repr__(self) -> str:
         """One line: the curves of a model fill the screen."""

@@ -8,6 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import regions
+from fubini.curves import Bezier, Line
+from fubini.errors import GeometryError
 from fubini.region import Region
 from fubini.sampling.boundary import BoundarySizing, Network, Outline, SizeOptions
 from fubini.tracks import evaluate
@@ -134,3 +136,14 @@ def test_shared_edge_has_one_set_of_nodes():
     on_line = [{tuple(p) for p in x.points if p[0] == 1.0} for x in (a, b)]
     assert on_line[0] == on_line[1]
     assert len(on_line[0]) > 80  # the thin face needs nodes 0.0115 apart
+
+
+def test_too_many_nodes_are_refused_with_the_place_on_an_edge_of_uneven_parameter():
+    bottom = Bezier([(0, 0), (0.02, 0), (0.1, 0), (3, 0)])  # half of its parameter for a seventh of its length
+    region = regions.chain(bottom, *(Line(a, b) for a, b in [((3, 0), (3, 1)), ((3, 1), (0, 1)), ((0, 1), (0, 0))]))
+    finest = np.array([1.1, 0.0])
+    field = [lambda p: 1e-4 + 0.3 * np.linalg.norm(p - finest, axis=1)]
+    with pytest.raises(GeometryError, match="more than 40 nodes") as refused:
+        discretise(region, 0.5, most=40, fields=field)
+    assert refused.value.edge == region.edges[[c.kind for c in region.curves].index("bezier")]
+    assert refused.value.at[:2] == pytest.approx(finest, abs=0.03)

@@ -55,14 +55,15 @@ def describe(model: Model) -> dict[str, Any]:
     return {
         "source": model.source,
         "diagonal": model.diagonal,
-        "faces": [_face(model, face) for face in model.faces],
+        "faces": [_face(model, *both) for both in zip(model.faces, model.faces_cut, strict=True)],
         "edges": edges,
         "skipped": [{"face": s.index, "name": s.name, "surface": s.surface, "reason": s.reason} for s in model.skipped],
         "notes": list(model.notes),
     }
 
 
-def _face(model: Model, face: Face) -> dict[str, Any]:
+def _face(model: Model, face: Face, cut: Face) -> dict[str, Any]:
+    """One face, whose corners are those of the same face with its edges ``cut`` at kinks."""
     from fubini.quality import corner_limit
 
     corners = [
@@ -71,7 +72,7 @@ def _face(model: Model, face: Face) -> dict[str, Any]:
             "angle": corner.angle,
             "unavoidable": corner.angle < corner_limit(),
         }
-        for corner in face.region.corners()
+        for corner in cut.region.corners()
         if abs(corner.angle - 180.0) > SMOOTH
     ]
     return {

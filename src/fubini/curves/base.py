@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from fubini.curves.kinks import WHOLE, Stretch
 from fubini.errors import GeometryError, OptionError
 
 if TYPE_CHECKING:
@@ -173,6 +174,11 @@ class Curve(ABC):
         """Whether the coordinate along ``axis`` varies by at most ``tolerance`` (in model units)."""
         x = self.point(np.concatenate([[0.0], self.turning_points(axis), [1.0]]))[:, axis]
         return bool(x.max() - x.min() <= tolerance)
+
+    @property
+    def stretches(self) -> tuple[Stretch, ...]:
+        """What kinks inside the curve part it into, in rising order; ``WHOLE`` where there is none."""
+        return WHOLE
 
     # -- pieces ---------------------------------------------------------------------------------
 

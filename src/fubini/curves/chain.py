@@ -106,19 +106,20 @@ class Chain:
         return sample(lambda t: self.evaluate(t, 0)[0], np.concatenate([inner.ravel(), [1.0]]))
 
     @cached_property
-    def _flat_poles(self) -> Float:
+    def flat_poles(self) -> Float:
+        """Control points (p, d + 1, 2) counted from ``origin``."""
         return self.poles[..., :2] / self.poles[..., 2:]
 
     def noise(self, axis: int) -> float:
         """Differences of the coordinate below this are rounding errors, also of a curve that this was trimmed from."""
-        x, size = self._flat_poles[..., axis], float(np.ptp(self._flat_poles.reshape(-1, 2), axis=0).max())
+        x, size = self.flat_poles[..., axis], float(np.ptp(self.flat_poles.reshape(-1, 2), axis=0).max())
         trimmed = max(float(np.abs(x).max()), abs(float(self.origin[axis])))
         return NOISE * max(float(np.abs(x + self.origin[axis]).max()), size, trimmed)
 
     def flats(self, axis: int) -> NDArray[np.bool_]:
         """Pieces (p,) of constant coordinate: within rounding, and too long for a mere vertical tangent."""
-        extent = np.ptp(self._flat_poles, axis=1)
-        size = float(np.ptp(self._flat_poles.reshape(-1, 2), axis=0).max())
+        extent = np.ptp(self.flat_poles, axis=1)
+        size = float(np.ptp(self.flat_poles.reshape(-1, 2), axis=0).max())
         noise = self.noise(axis)
         return (extent[:, axis] <= noise) & (extent[:, 1 - axis] > 4.0 * np.sqrt(noise * size))
 

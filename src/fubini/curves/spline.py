@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from fubini.curves import moments
 from fubini.curves.base import NOISE, Curve, Float, affine, frozen, other
 from fubini.curves.chain import Chain, bezier_pieces, make_chain
+from fubini.curves.kinks import Stretch, find_stretches
 from fubini.curves.nearest import nearest
 from fubini.curves.quadrature import arc_length
 from fubini.errors import GeometryError, OptionError
@@ -58,6 +59,10 @@ class Spline(Curve):
     def turning_points(self, axis: int) -> Float:
         other(axis)
         return self._turns[axis].copy()
+
+    @cached_property
+    def stretches(self) -> tuple[Stretch, ...]:
+        return find_stretches(self.chain, np.concatenate(self._turns))
 
     def _invert(self, axis: int, values: Float, t0: float | Float, t1: float | Float) -> Float:
         low, high = np.broadcast_to(t0, values.shape), np.broadcast_to(t1, values.shape)

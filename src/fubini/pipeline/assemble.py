@@ -91,7 +91,7 @@ def _joined(
             lowest = min(lowest, *(-1 - v for v, _ in face.points))
         at, since = at + len(boundary.points), part.stop
     apart = 0.5 * SAME_POINT * model.diagonal
-    edges = model.numbering.edges
+    t, edges = model.numbering.on_edges(edge, t), model.numbering.edges
     first, index, *segments, far = kernels.join(place, param, lifted, lowest, apart, edge, t, nodes, edges)
     return first, index, lifted, far, tuple(segments)
 

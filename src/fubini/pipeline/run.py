@@ -238,7 +238,7 @@ def without_inner_edges(model: Model, pattern: str) -> Model:
 def outline_faces(model: Model) -> list[Outline]:
     """Outlines of all faces; their edges and vertices go by the running numbers of ``model.numbering``."""
     outlines = []
-    for face in model.faces:
+    for face in model.faces_cut:
         try:
             outlines.append(Outline.of(face.region, model.numbering.number.__getitem__, face.inner))
         except FubiniError as error:
@@ -252,7 +252,7 @@ def lay_pattern(model: Model, outlines: list[Outline], options: MeshOptions) -> 
     if options.pattern == "auto":
         return None
     how = options.pattern, options.pattern_direction, options.pattern_turn // 90
-    return [pattern_points(f.region, o, *how) for f, o in zip(model.faces, outlines, strict=True)]
+    return [pattern_points(f.region, o, *how) for f, o in zip(model.faces_cut, outlines, strict=True)]
 
 
 def _certify(

@@ -33,7 +33,7 @@ def size_options(
     ``of_faces`` : what ``face_sizes`` gives. ``wanted`` : names of the user. Raises OptionError for an edge or vertex
     that the model does not have.
     """
-    number = model.numbering.number
+    parts = model.numbering.parts
     edges, segments, vertices = (
         by_part(model, f"{what}_{of}", what, asked, wanted or {})
         for what, of, asked in (
@@ -42,7 +42,7 @@ def size_options(
             ("vertex", "size", options.vertex_size),
         )
     )
-    by_edge = {number[e]: h for e, h in edges.items()}
+    by_edge = {part: h for e, h in edges.items() for part in parts(e)}
     for outline, h in zip(outlines, of_faces, strict=True):
         for e in outline.edges.tolist() if h < size else ():
             by_edge[e] = min(by_edge.get(e, size), h)
@@ -53,12 +53,21 @@ def size_options(
         gradient=options.gradient,
         turn=options.largest_turn,
         edge_size=by_edge,
-        edge_segments={number[e]: math.ceil(n) for e, n in segments.items()},
+        edge_segments={part: k for e, n in segments.items() for part, k in shared_out(math.ceil(n), parts(e)).items()},
         vertex_size={vertex[v]: h for v, h in vertices.items()},
         chord_tolerance=options.chord_tolerance,
         keep_turn=options.segments_per_turn is not None,
         fields=face_fields(model, options),
     )
+
+
+def shared_out(count: int, shares: dict[int, float]) -> dict[int, int]:
+    """So many segments for the pieces of an edge by their shares of its length, at least one for each."""
+    found = {part: max(1, math.floor(count * share)) for part, share in shares.items()}
+    for _ in range(count - sum(found.values())):
+        most = max(found, key=lambda part: shares[part] / found[part])
+        found[most] += 1
+    return found
 
 
 def face_sizes(model: Model, size: float, options: MeshOptions, wanted: Wanted | None = None) -> list[float]:

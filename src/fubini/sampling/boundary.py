@@ -129,8 +129,8 @@ class BoundarySizing:
         face = next(f for f, outline in enumerate(self.outlines) if e in outline.edges)
         outline = self.outlines[face]
         j = int(np.flatnonzero(outline.edges == e)[0])
-        _, s, h = self.tables[e]
-        at = evaluate(outline.tracks, j, np.interp(s[np.argmin(h)] / s[-1], [0, 1], [0, 1]))[0]
+        t, _, h = self.tables[e]
+        at = evaluate(outline.tracks, j, t[np.argmin(h)])[0]
         raise GeometryError(
             f"the boundary would need more than {self.options.most:,} nodes",
             face=face, edge=e, at=at, fix="look for parts that all but touch here, or ask for a larger size",
