@@ -130,9 +130,10 @@ def test_angles_of_the_region_at_its_nodes():
     made, _ = boundary([polygon(np.array([(0, 0), (2, 0), (2, 2), (1, 2), (1, 1), (0, 1)], float))], 0.5)
     start = constrained_delaunay(made.points, made)
     sides = np.zeros((len(made.points), 4))
-    degrees.boundary_angles.py_func(start.points, start.triangles, start.neighbours, len(start.triangles), sides)
-    np.testing.assert_allclose(np.degrees(sides[:, 0]), made.angle, atol=1e-9)
-    assert {90, 180, 270} == set(np.degrees(sides[:, 0]).round().astype(int).tolist())
+    degrees.boundary_sides.py_func(start.points, start.triangles, start.neighbours, len(start.triangles), sides)
+    angles = [[degrees.angle_at.py_func(sides, v) for v in range(len(sides))] for _ in range(2)]
+    np.testing.assert_allclose(np.degrees(angles), [made.angle, made.angle], atol=1e-9)
+    assert {90, 180, 270} == set(made.angle.round().astype(int).tolist())
 
 
 @pytest.mark.parametrize("seed", range(3))

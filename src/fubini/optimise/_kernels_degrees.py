@@ -21,6 +21,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from fubini._jit import inner
 from fubini.optimise._kernels_cavity import new_node
 from fubini.optimise._kernels_state import NODES, TRIANGLES
@@ -34,6 +36,8 @@ WORSE, OFF, CROWDED = 0.02, 1.5, 0.4
 GAIN = 150.0 * math.radians(1.0) ** 2
 #: share of the angle at a node, for each of its triangles, above which the node is to get one more
 WIDE = math.radians(78.0)
+#: squares of these distances, by the number of triangles, where they share a whole turn; one triangle does not
+AROUND = np.array([math.inf] + [(TURN / k - THIRD) ** 2 for k in range(1, 100)])
 #: share of the way from v to y by which the halves of a node are put apart at first, and rounds of moving to the middle
 APART, TRIES = 0.15, 3
 
@@ -50,33 +54,54 @@ def shape(points, a, b, c):
 
 
 @inner
-def boundary_angles(points, tri, nbr, m, sides):
-    """Angle of the region at every boundary node v into sides[v, 0], from the segments that leave and reach it."""
+def boundary_sides(points, tri, nbr, m, sides):
+    """The segments that leave and reach every boundary node v, both from v, into sides[v]."""
     for t in range(m):
         for i in range(3):
             if nbr[t, i] < 0:
                 a, b = tri[t, i + 1 if i < 2 else 0], tri[t, i - 1 if i > 0 else 2]
                 x, y = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1]
                 sides[a, 0], sides[a, 1], sides[b, 2], sides[b, 3] = x, y, -x, -y
-    for v in range(sides.shape[0]):
-        ux, uy, wx, wy = sides[v, 0], sides[v, 1], sides[v, 2], sides[v, 3]
-        angle = math.atan2(ux * wy - uy * wx, ux * wx + uy * wy)
-        sides[v, 0] = angle if angle > 0.0 else angle + TURN
 
 
 @inner
 def angle_at(sides, v):
-    """Angle around node v."""
-    return sides[v, 0] if v < sides.shape[0] else TURN
+    """Angle of the region at boundary node v; takes the place of the first side once it is asked for."""
+    ux, uy, wx, wy = sides[v, 0], sides[v, 1], sides[v, 2], sides[v, 3]
+    if wx != 0.0 or wy != 0.0:
+        angle = math.atan2(ux * wy - uy * wx, ux * wx + uy * wy)
+        sides[v, 0], sides[v, 2], sides[v, 3] = angle if angle > 0.0 else angle + TURN, 0.0, 0.0
+    return sides[v, 0]
+
+
+@inner
+def wants_more(sides, v, k):
+    """Whether node v has too few triangles, k, for its angle."""
+    if v >= sides.shape[0]:
+        return TURN > WIDE * k
+    if WIDE * k >= TURN:
+        return False
+    ux, uy, wx, wy = sides[v, 0], sides[v, 1], sides[v, 2], sides[v, 3]
+    if WIDE * k >= math.pi and ux * wy - uy * wx > 0.0:  # the angle, not asked for so far, is less than that
+        return False
+    return angle_at(sides, v) > WIDE * k
+
+
+@inner
+def misfit(sides, v, k):
+    """The square at node v with k triangles."""
+    if v >= sides.shape[0] and k < AROUND.shape[0]:
+        return AROUND[k]
+    return ((angle_at(sides, v) if v < sides.shape[0] else TURN) / k - THIRD) ** 2
 
 
 @inner
 def fall_at(sides, degree, v, change):
     """By how much the square at node v falls with ``change`` triangles more."""
-    k, angle = degree[v], angle_at(sides, v)
+    k = degree[v]
     if k + change < 1:
         return -math.inf
-    return (angle / k - THIRD) ** 2 - (angle / (k + change) - THIRD) ** 2
+    return misfit(sides, v, k) - misfit(sides, v, k + change)
 
 
 @inner
@@ -155,8 +180,7 @@ def best_split(S, W, degree, sides, v):
             c = int(S.tri[t, i])
             k = load_star(S, W, t, c, v) if c >= sides.shape[0] else 0
             for j in range(2, k - 1):
-                fall = wide + fall_at(sides, degree, W.ring[j], 1) + (TURN / k - THIRD) ** 2
-                fall -= (TURN / (j + 2) - THIRD) ** 2 + (TURN / (k - j + 2) - THIRD) ** 2
+                fall = wide + fall_at(sides, degree, W.ring[j], 1) + AROUND[k] - (AROUND[j + 2] + AROUND[k - j + 2])
                 if fall > best:
                     best, node, place = fall, c, j
             t = int(S.nbr[t, i] if way == 0 else S.nbr[t, i + 1 if i < 2 else 0])
@@ -222,7 +246,7 @@ def split_to_even(S, W, n, degree, sides, awake):
     """
     number = 0
     for v in range(n):
-        if degree[v] < 2 or angle_at(sides, v) <= WIDE * degree[v]:
+        if degree[v] < 2 or not wants_more(sides, v, degree[v]):
             continue
         p = S.counts[NODES]
         if p >= degree.shape[0] or S.counts[TRIANGLES] + 2 > S.tri.shape[0]:
@@ -252,6 +276,6 @@ def even_degrees(S, W, degree, sides, awake):
     """Flips, then splits, each of which lessens the sum of squares; their number."""
     n, m = S.counts[NODES], S.counts[TRIANGLES]
     count_triangles(S.tri, m, n, degree)
-    boundary_angles(S.points, S.tri, S.nbr, m, sides)
+    boundary_sides(S.points, S.tri, S.nbr, m, sides)
     flips = flip_to_even(S, m, degree, sides, awake)
     return flips + split_to_even(S, W, n, degree, sides, awake)

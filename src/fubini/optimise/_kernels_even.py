@@ -11,7 +11,6 @@ import math
 import numpy as np
 
 from fubini._jit import inner, kernel
-from fubini.triangulation._kernels_topology import count_stars
 
 #: share of the limit from which on pairs count, so that they keep a distance from it
 FROM = 0.97
@@ -19,120 +18,168 @@ FROM = 0.97
 FIRST_STEP, LAST_STEP = 0.2, 0.02
 #: its directions
 COMPASS = np.array([(math.cos(0.25 * math.pi * d), math.sin(0.25 * math.pi * d)) for d in range(8)])
+#: triangles at a node that moves, at most
+MOST = 40
+#: what is noted of each: its first corner after the node, the square and the length of the edge between the two others,
+#: the size beyond that edge (0 for none), its own size
+X, Y, SQUARE, LENGTH, BEYOND, OWN = range(6)
 
 
 @inner
-def triangle_size(points, tri, t, v, x, y):
-    """Mean edge length of triangle t with node v at (x, y), and its shape (infinite where it is inverted)."""
-    a, b, c = tri[t, 0], tri[t, 1], tri[t, 2]
-    ax, ay, bx, by, cx, cy = points[a, 0], points[a, 1], points[b, 0], points[b, 1], points[c, 0], points[c, 1]
-    if a == v:
-        ax, ay = x, y
-    if b == v:
-        bx, by = x, y
-    if c == v:
-        cx, cy = x, y
-    ux, uy, wx, wy = bx - ax, by - ay, cx - ax, cy - ay
-    area4 = 2.0 * (ux * wy - uy * wx)
-    l0, l1, l2 = ux * ux + uy * uy, wx * wx + wy * wy, (ux - wx) ** 2 + (uy - wy) ** 2
-    size = (math.sqrt(l0) + math.sqrt(l1) + math.sqrt(l2)) / 3.0
-    if area4 <= 0.0:
-        return size, math.inf
-    return size, (max(l0, max(l1, l2)) - min(l0, min(l1, l2))) / area4
+def survey(points, tri, size):
+    """Sizes of all triangles into size (m,); the square of the longest edge."""
+    longest = 0.0
+    for t in range(tri.shape[0]):
+        a, b, c = tri[t, 0], tri[t, 1], tri[t, 2]
+        ux, uy = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1]
+        vx, vy = points[c, 0] - points[a, 0], points[c, 1] - points[a, 1]
+        wx, wy = ux - vx, uy - vy
+        uu, vv, ww = ux * ux + uy * uy, vx * vx + vy * vy, wx * wx + wy * wy
+        size[t] = (math.sqrt(uu) + math.sqrt(vv) + math.sqrt(ww)) / 3.0
+        longest = max(longest, max(uu, max(vv, ww)))
+    return longest
 
 
 @inner
-def unevenness(points, tri, nbr, star, low, high, v, x, y, limit, size, most):
-    """Sum of the squared excesses over ``limit`` of all pairs with a triangle at v, v at (x, y), at most ``most``.
+def load_star(points, tri, nbr, size, t, v, fan, star):
+    """The triangles around interior node v, counter-clockwise from t, into fan, and what is noted of them into star.
 
-    The sizes (m,) of the triangles at v are set to those for this place.
+    Their number k; star[k] repeats the first corner. 0 where there are too many.
     """
-    for q in range(low, high):
-        size[star[q]], _ = triangle_size(points, tri, star[q], v, x, y)
-    total = 0.0
-    for q in range(low, high):
-        t = star[q]
-        for i in range(3):
-            u = nbr[t, i]
-            if u >= 0:
-                least = min(size[t], size[u])
-                excess = max(size[t], size[u]) - limit * least
-                if excess > 0.0:
-                    total += (excess / least) ** 2
-                    if total >= most:
-                        return most
-    return total
+    first, k = t, 0
+    while k < MOST:
+        i = 1 + (tri[t, 1] == v) - (tri[t, 2] == v)  # the corner after v
+        o = i - 1 if i > 0 else 2
+        a, b, u = tri[t, i], tri[t, i + 1 if i < 2 else 0], nbr[t, o]
+        x, y = points[a, 0], points[a, 1]
+        ex, ey = points[b, 0] - x, points[b, 1] - y
+        square = ex * ex + ey * ey
+        fan[k] = t
+        star[k, X], star[k, Y], star[k, SQUARE], star[k, LENGTH] = x, y, square, math.sqrt(square)
+        star[k, BEYOND] = size[u] if u >= 0 else 0.0
+        k += 1
+        t = np.int64(nbr[t, i])
+        if t == first:
+            star[k, X], star[k, Y] = star[0, X], star[0, Y]
+            return k
+    return 0
 
 
 @inner
-def spoils(points, tri, star, low, high, v, x, y, good):
-    """Whether v at (x, y) makes the shape of a triangle worse than it is and than ``good``."""
-    for q in range(low, high):
-        _, shape = triangle_size(points, tri, star[q], v, x, y)
-        if shape > good:
-            _, now = triangle_size(points, tri, star[q], -1, 0.0, 0.0)
-            if shape > now:
-                return True
+def over(one, other, limit):
+    """Square of the share by which the larger of two sizes exceeds ``limit`` times the other."""
+    least = min(one, other)
+    excess = max(one, other) - limit * least
+    if excess <= 0.0:
+        return 0.0
+    return (excess / least) ** 2
+
+
+@inner
+def unevenness(star, k, x, y, limit, most):
+    """Sum of the squared excesses over ``limit`` of all pairs with one of k triangles, their node at (x, y); at most
+    ``most``. Pairs of two of them count twice.
+    """
+    total = before = 0.0
+    ux, uy = star[0, X] - x, star[0, Y] - y
+    low = math.sqrt(ux * ux + uy * uy)
+    for q in range(k):
+        ux, uy = star[q + 1, X] - x, star[q + 1, Y] - y
+        high = math.sqrt(ux * ux + uy * uy)
+        size = (low + high + star[q, LENGTH]) / 3.0
+        if star[q, BEYOND] > 0.0:
+            total += over(size, star[q, BEYOND], limit)
+        if q > 0:
+            total += 2.0 * over(size, before, limit)
+        if total >= most:
+            return most
+        star[q, OWN] = before = size
+        low = high
+    return min(most, total + 2.0 * over(before, star[0, OWN], limit))
+
+
+@inner
+def shape(star, q, x, y):
+    """Shape of triangle q with its node at (x, y), infinite where it is upside down."""
+    ux, uy, wx, wy = star[q, X] - x, star[q, Y] - y, star[q + 1, X] - x, star[q + 1, Y] - y
+    area4 = 2.0 * (ux * wy - uy * wx)
+    if area4 <= 0.0:
+        return math.inf
+    uu, ww, ee = ux * ux + uy * uy, wx * wx + wy * wy, star[q, SQUARE]
+    return (max(uu, max(ww, ee)) - min(uu, min(ww, ee))) / area4
+
+
+@inner
+def spoils(star, k, x0, y0, x, y, good):
+    """Whether their node at (x, y) makes the shape of one of k triangles worse than at (x0, y0) and than ``good``."""
+    for q in range(k):
+        now = shape(star, q, x, y)
+        if now > good and now > shape(star, q, x0, y0):
+            return True
     return False
 
 
 @inner
-def gather_triangles(tri, fixed, first, star):
-    """Triangles at every node from ``fixed`` on: star[first[v - fixed] : first[v - fixed + 1]]."""
-    count_stars(tri, fixed, first)
-    for t in range(tri.shape[0]):
-        for i in range(3):
-            v = tri[t, i] - fixed
-            if v >= 0:
-                star[first[v]] = t
-                first[v] += 1
-    for v in range(first.shape[0] - 1, 0, -1):
-        first[v] = first[v - 1]
-    first[0] = 0
-
-
-@inner
-def even_node(points, tri, nbr, star, low, high, v, limit, good, size):
+def even_node(points, star, k, v, limit, good):
     """Move node v by compass search to where the pairs around it are least uneven; whether it moved.
 
-    No shape beside it becomes worse than it is and than ``good``. ``size`` (m,) stays true.
+    No shape beside it becomes worse than it is and than ``good``. The sizes of its k triangles are in star then.
     """
-    x, y = points[v, 0], points[v, 1]
-    old = unevenness(points, tri, nbr, star, low, high, v, x, y, limit, size, math.inf)
+    x0, y0 = points[v, 0], points[v, 1]
+    x, y = x0, y0
+    old = unevenness(star, k, x, y, limit, math.inf)
     if old == 0.0:
         return False
-    best, step = old, FIRST_STEP * size[star[low]]
-    last = LAST_STEP * size[star[low]]
+    best, step, last, way = old, FIRST_STEP * star[0, OWN], LAST_STEP * star[0, OWN], 0
     while step > last and best > 0.0:
         moved = False
-        for d in range(8):
-            p, q = x + step * COMPASS[d, 0], y + step * COMPASS[d, 1]
-            cost = unevenness(points, tri, nbr, star, low, high, v, p, q, limit, size, best)
-            if cost < best and not spoils(points, tri, star, low, high, v, p, q, good):
-                x, y, best, moved = p, q, cost, True
+        for d in range(way, way + 8):
+            p, q = x + step * COMPASS[d & 7, 0], y + step * COMPASS[d & 7, 1]
+            cost = unevenness(star, k, p, q, limit, best)
+            if cost < best and not spoils(star, k, x0, y0, p, q, good):
+                x, y, best, moved, way = p, q, cost, True, d & 7
                 break
         if not moved:
             step *= 0.5
     if best > 0.999 * old:
-        x, y = points[v, 0], points[v, 1]
-    unevenness(points, tri, nbr, star, low, high, v, x, y, limit, size, math.inf)
-    if best > 0.999 * old:
         return False
     points[v, 0], points[v, 1] = x, y
+    unevenness(star, k, x, y, limit, math.inf)
     return True
 
 
 @inner
-def unchanged(nbr, star, low, high, stamp, since):
-    """Whether the triangles star[low:high] and those beside them have the sizes that they had at move ``since``."""
-    for q in range(low, high):
-        t = star[q]
+def unchanged(nbr, fan, k, stamp, since):
+    """Whether k triangles and those beside them have the sizes that they had at move ``since``."""
+    for q in range(k):
+        t = fan[q]
         if stamp[t] > since:
             return False
         for i in range(3):
             if nbr[t, i] >= 0 and stamp[nbr[t, i]] > since:
                 return False
     return True
+
+
+@inner
+def even_pair(points, tri, nbr, fixed, limit, good, pair, fan, star, size, stamp, failed, total):
+    """``even_node`` at the six corners of a pair of triangles; the new number of moves, so far ``total``."""
+    for k in range(6):
+        t = pair[0] if k < 3 else pair[1]
+        v = np.int64(tri[t, k if k < 3 else k - 3])
+        if v < fixed:
+            continue
+        number = load_star(points, tri, nbr, size, t, v, fan, star)
+        since = failed[v - fixed]
+        if number == 0 or (since >= 0 and unchanged(nbr, fan, number, stamp, since)):
+            continue
+        if even_node(points, star, number, v, FROM * limit, good):
+            total += 1
+            for q in range(number):
+                size[fan[q]], stamp[fan[q]] = star[q, OWN], total
+        else:
+            failed[v - fixed] = total
+    return total
 
 
 @inner
@@ -147,59 +194,32 @@ def count_uneven(nbr, limit, size):
     return found
 
 
-@inner
-def longest_edge(points, tri):
-    """Square of the length of the longest edge."""
-    longest = 0.0
-    for t in range(tri.shape[0]):
-        a, b, c = tri[t, 0], tri[t, 1], tri[t, 2]
-        ux, uy = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1]
-        vx, vy = points[c, 0] - points[a, 0], points[c, 1] - points[a, 1]
-        wx, wy = ux - vx, uy - vy
-        longest = max(longest, max(ux * ux + uy * uy, max(vx * vx + vy * vy, wx * wx + wy * wy)))
-    return longest
-
-
-@kernel
-def even_out(points, tri, nbr, fixed, limit, kept, first, star, before, size, stamp, failed):
+@kernel(allocates=True)
+def even_out(points, tri, nbr, fixed, limit, kept, size, stamp, failed):
     """Move the nodes from ``fixed`` on of pairs that differ by more than ``limit``.
 
     Returns the number of moves, and as it is then: the pairs left above the limit, the square of the longest edge.
     points (n, 2) is changed in place. kept (r,) : shapes, (Lmax^2 - Lmin^2) / 4 A, to which no objection is made in
-    each of r rounds. Scratch: first (n - fixed + 1,), star (3 m,); sizes before (m,) at the start of a round and
-    size (m,) now; stamp (m,) int32, zero: the move that last changed a triangle; failed (n - fixed,) int32: the moves
-    made when a node last stayed where it was.
+    each of r rounds. Scratch: sizes (m,); stamp (m,) int32, zero: the move that last changed a triangle; failed
+    (n - fixed,) int32: the moves made when a node last stayed where it was.
     """
-    total = 0
+    fan, star = np.empty(MOST, np.int64), np.empty((MOST + 1, 6))
+    total, longest = 0, survey(points, tri, size)
     for turn in range(kept.shape[0]):
-        moved, good = 0, kept[turn]
-        for t in range(tri.shape[0]):
-            before[t], _ = triangle_size(points, tri, t, -1, 0.0, 0.0)
-            size[t] = before[t]
+        uneven = 0
         for t in range(tri.shape[0]):
             for i in range(3):
-                u = nbr[t, i]
-                if u <= t or max(before[t], before[u]) <= limit * min(before[t], before[u]):
+                u = np.int64(nbr[t, i])
+                if u <= t or max(size[t], size[u]) <= limit * min(size[t], size[u]):
                     continue
-                if turn == 0 and moved == 0:
-                    gather_triangles(tri, fixed, first, star)
-                if moved == 0:
+                if uneven == 0:
                     for v in range(failed.shape[0]):
                         failed[v] = -1
-                moved += 1
-                for k in range(6):
-                    v = tri[t, k] if k < 3 else tri[u, k - 3]
-                    if v < fixed:
-                        continue
-                    low, high = first[v - fixed], first[v - fixed + 1]
-                    if failed[v - fixed] >= 0 and unchanged(nbr, star, low, high, stamp, failed[v - fixed]):
-                        continue
-                    if even_node(points, tri, nbr, star, low, high, v, FROM * limit, good, size):
-                        total += 1
-                        for q in range(low, high):
-                            stamp[star[q]] = total
-                    else:
-                        failed[v - fixed] = total
-        if moved == 0:
-            break
-    return total, count_uneven(nbr, limit, size), longest_edge(points, tri)
+                uneven += 1
+                pair = t, u
+                total = even_pair(
+                    points, tri, nbr, fixed, limit, kept[turn], pair, fan, star, size, stamp, failed, total
+                )
+        if uneven == 0:
+            return total, 0, longest if total == 0 else survey(points, tri, size)
+    return total, count_uneven(nbr, limit, size), survey(points, tri, size)

@@ -283,8 +283,9 @@ def drive(S, W, task, top, goal, share):
     status, total, bound = DONE, 0.0, max(S.rule[SOFT], (goal - 1.0) / (goal + 1.0))
     if task == WHOLE:
         if survey(S, bound) == 0:
-            S.counts[LOW] = 0
-            judge(S)
+            S.counts[LOW] = S.counts[AFTER] = S.counts[EXCESS] = 0
+            if S.counts[BEFORE] > 0:
+                judge(S)
             return DONE, 0.0
         if S.counts[BUDGET] < 0:
             S.counts[BUDGET] = 50000 + 4000 * S.counts[QUEUED]
@@ -299,5 +300,7 @@ def drive(S, W, task, top, goal, share):
         m = S.counts[TRIANGLES]
         # all that is done for a small mesh takes as long as 1000 visits, and 4.5 more for each triangle
         polish(S, W, goal, int(share * min(1000.0 + 4.5 * m, 4000.0 + 200.0 * math.sqrt(m))))
-    judge(S)
+    S.counts[AFTER] = S.counts[EXCESS] = 0
+    if not known:  # polishing makes no triangle worse than the soft bound
+        judge(S)
     return status, total

@@ -12,10 +12,9 @@ from __future__ import annotations
 import math
 
 from fubini._jit import inner
-from fubini.optimise._kernels_cavity import star
 from fubini.optimise._kernels_fill import lowest
-from fubini.optimise._kernels_relocate import load_ring
 from fubini.optimise._kernels_slide import load_fan, may_slide, newton_along, place_along, put_along
+from fubini.optimise._kernels_smooth import load
 from fubini.optimise._kernels_state import AR, LOW, RELOCATION, SLIDE, SOFT
 
 #: a move is made when the cost falls by more than this share
@@ -110,11 +109,9 @@ def pays(S, W, k, x, y, cost, worst, scale):
 @inner
 def improve_inside(S, W, v, scale):
     """Move interior node v where that pays: (whether it moved, nodes of its ring)."""
-    k, closed = star(S, W, v)
-    if k < 3 or not closed:
+    k = load(S.points, S.tri, S.nbr, int(S.tri_of[v]), v, W.ring, W.rx, W.ry)
+    if k < 3:
         return False, 0
-    load_ring(S, W, v, k, closed)
-    W.rx[k], W.ry[k] = W.rx[0], W.ry[0]
     cost, worst, gx, gy, hxx, hxy, hyy = slopes(W.rx, W.ry, k, scale)
     if not 1.0 < worst < math.inf:
         return False, k

@@ -33,17 +33,36 @@ def circle(S, t):
     d = 2.0 * (bx * cy - by * cx)
     if d <= 0.0:
         return ax, ay, math.inf
-    bb, cc = bx * bx + by * by, cx * cx + cy * cy
-    ux, uy = (cy * bb - by * cc) / d, (bx * cc - cx * bb) / d
+    bb, cc, inverse = bx * bx + by * by, cx * cx + cy * cy, 1.0 / d
+    ux, uy = (cy * bb - by * cc) * inverse, (bx * cc - cx * bb) * inverse
     return ax + ux, ay + uy, ux * ux + uy * uy
 
 
 @inner
 def oversize(S, t, limit):
-    """Whether triangle t is larger than ``limit`` times the equilateral triangle of the size wanted there."""
-    x, y, square = circle(S, t)
-    wanted = S.size[S.tri[t, 0]] + S.size[S.tri[t, 1]] + S.size[S.tri[t, 2]]
-    return 27.0 * square > limit * limit * wanted * wanted
+    """Whether triangle t is larger than ``limit`` times the equilateral triangle of the size wanted there.
+
+    The radius of its circle is the product of its sides over four times its area.
+    """
+    a, b, c = S.tri[t, 0], S.tri[t, 1], S.tri[t, 2]
+    ax, ay = S.points[a, 0], S.points[a, 1]
+    bx, by, cx, cy = S.points[b, 0] - ax, S.points[b, 1] - ay, S.points[c, 0] - ax, S.points[c, 1] - ay
+    ex, ey = cx - bx, cy - by
+    area4 = 2.0 * (bx * cy - by * cx)
+    sides = (bx * bx + by * by) * (cx * cx + cy * cy) * (ex * ex + ey * ey)
+    wanted = limit * (S.size[a] + S.size[b] + S.size[c]) * area4
+    return area4 <= 0.0 or 27.0 * sides > wanted * wanted
+
+
+@inner
+def holds(S, t, x, y):
+    """Whether the circle of triangle t holds (x, y); within rounding."""
+    a, b, c = S.tri[t, 0], S.tri[t, 1], S.tri[t, 2]
+    ax, ay = S.points[a, 0] - x, S.points[a, 1] - y
+    bx, by = S.points[b, 0] - x, S.points[b, 1] - y
+    cx, cy = S.points[c, 0] - x, S.points[c, 1] - y
+    inside = (ax * ax + ay * ay) * (bx * cy - by * cx) + (bx * bx + by * by) * (cx * ay - cy * ax)
+    return inside + (cx * cx + cy * cy) * (ax * by - ay * bx) >= 0.0
 
 
 @inner
@@ -100,8 +119,7 @@ def conflicts(S, W, t, x, y):
             if u < 0 or S.mark[u] == stamp or n >= NEAR:
                 continue
             S.mark[u] = stamp
-            cx, cy, square = circle(S, u)
-            if (x - cx) * (x - cx) + (y - cy) * (y - cy) < square * (1.0 + 1e-9):
+            if holds(S, u, x, y):
                 W.cavity[n] = u
                 n += 1
         at += 1
@@ -118,6 +136,13 @@ def height(S, t, i, x, y):
 
 
 @inner
+def less(small, size, gradient, square):
+    """Whether ``small`` and ``gradient`` times a distance, of which the square is given, are less than ``size``."""
+    more = size - small
+    return more > 0.0 and gradient * gradient * square < more * more
+
+
+@inner
 def admit(S, W, n, x, y, h, gradient, share):
     """Size wanted at (x, y) among the n triangles W.cavity; -1 where a node or a segment is too near."""
     size = h
@@ -128,7 +153,8 @@ def admit(S, W, n, x, y, h, gradient, share):
             dx, dy = S.points[v, 0] - x, S.points[v, 1] - y
             square = dx * dx + dy * dy
             nearest = min(nearest, square)
-            size = min(size, S.size[v] + gradient * math.sqrt(square))
+            if less(S.size[v], size, gradient, square):
+                size = S.size[v] + gradient * math.sqrt(square)
     least = share * NODE_DISTANCE * size
     if nearest < least * least:
         return -1.0
@@ -205,8 +231,10 @@ def grade(S, h, gradient):
                 if S.kind[b] != 0 or S.size[b] == S.size[a]:
                     continue
                 x, y = S.points[a, 0] - S.points[b, 0], S.points[a, 1] - S.points[b, 1]
+                if not less(S.size[a], S.size[b], gradient, x * x + y * y):
+                    continue
                 most = S.size[a] + gradient * math.sqrt(x * x + y * y)
-                if S.size[b] > most:
+                if S.size[b] > most:  # not where it is rounding that tells them apart
                     S.size[b] = most
                     changed = True
         if not changed:

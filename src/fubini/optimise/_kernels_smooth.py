@@ -32,8 +32,8 @@ FROM, CONVEX = 3e-4, 0.0765
 FALL, GAIN = 1e-3, 1e-2
 #: attempts to shorten a step that does not pay, and by what
 SHORTER, STEPS = 0.4, 4
-#: sweeps over all nodes before edges are flipped
-SWEEPS = 2
+#: sweeps over all nodes before edges are flipped: the first time, when many are flipped, and later
+FIRST_SWEEPS, SWEEPS = 1, 2
 #: an angle is acute where the product of its sides is more than this share of their squares
 ACUTE = 1e-12
 
@@ -146,10 +146,18 @@ def downhill(rx, ry, k, x, y):
 
 @inner
 def move(points, v, rx, ry, k):
-    """Move node v where that lowers the cost around it; by how much it fell."""
+    """Move node v where that lowers the cost around it; by how much it fell.
+
+    A step that is to gain less than ``GAIN`` is taken without a look at the cost there: it is too short to turn a
+    triangle upside down, as second derivatives grow with the inverse of the areas.
+    """
     cost, dx, dy, slope = downhill(rx, ry, k, 0.0, 0.0)
     if slope < 2.0 * FALL:
         return 0.0
+    if slope < 2.0 * GAIN:
+        points[v, 0] += dx
+        points[v, 1] += dy
+        return 0.5 * slope
     for _ in range(STEPS):
         fall = cost - star_cost(rx, ry, k, dx, dy)
         if fall > FALL:
@@ -271,7 +279,7 @@ def smooth(S, W, fixed, rounds, degree, awake, sides):
         return 0
     for turn in range(rounds):
         done = 0
-        for _ in range(SWEEPS):
+        for _ in range(FIRST_SWEEPS if turn == 0 else SWEEPS):
             done += smooth_sweep(points, tri, nbr, S.counts[NODES], fixed, at, awake, W.ring, W.rx, W.ry)
             if turn > 0:
                 done += slide_sweep(S, W, fixed, awake)

@@ -28,10 +28,10 @@ KEPT_SKEW = (64.0, 62.0, 60.0, 58.0, 55.0, 50.0)
 def smooth(triangulation: Triangulation, tracks: Tracks | None = None, rounds: int = ROUNDS) -> Triangulation:
     """Raise the mean quality: nodes move, edges are flipped to be Delaunay again, few nodes are split in two.
 
-    A node moves only where the cost of the triangles around it falls (see ``_kernels_smooth``), so that none turns
-    upside down; a node on the boundary only along its curve, where its segments belong to this face alone, and not at
-    all without ``tracks``. Splits give a triangle more to nodes that have too few for their angle (see
-    ``_kernels_degrees``). The work is in proportion to the number of triangles.
+    A node moves only where the cost of the triangles around it falls, or a short step is to lower it by little (see
+    ``_kernels_smooth``), so that none turns upside down; a node on the boundary only along its curve, where its
+    segments belong to this face alone, and not at all without ``tracks``. Splits give a triangle more to nodes that
+    have too few for their angle (see ``_kernels_degrees``). The work is in proportion to the number of triangles.
     """
     boundary, options = triangulation.boundary, OptimiseOptions(allow_splits=tracks is not None)
     state = build_state(triangulation, NO_TRACKS if tracks is None else tracks, options, SPARE)
@@ -66,8 +66,7 @@ def evened(triangulation: Triangulation, options: OptimiseOptions) -> tuple[Tria
     points = np.array(triangulation.points)
     given = triangulation.triangles, triangulation.neighbours
     triangles, neighbours = (array if array.flags.writeable else array.copy() for array in given)
-    first, star, failed = (np.empty(k, np.int32) for k in (n - fixed + 1, 3 * m, n - fixed))
-    scratch = first, star, np.empty(m), np.empty(m), np.zeros(m, np.int32), failed
+    scratch = np.empty(m), np.zeros(m, np.int32), np.empty(n - fixed, np.int32)
     moves, left, square = even(points, triangles, neighbours, fixed, options.growth, _kept(options), *scratch)
     if moves:
         old = triangulation

@@ -214,16 +214,3 @@ def fill_vertex_triangle(triangles, count, vertex_triangle):
     for t in range(count):
         for i in range(3):
             vertex_triangle[triangles[t, i]] = t
-
-
-@inner
-def count_stars(triangles, fixed, first):
-    """Offsets of the triangles at each vertex from ``fixed`` on, into first (n - fixed + 1,)."""
-    for v in range(first.shape[0]):
-        first[v] = 0
-    for t in range(triangles.shape[0]):
-        for i in range(3):
-            if triangles[t, i] >= fixed:
-                first[triangles[t, i] - fixed + 1] += 1
-    for v in range(first.shape[0] - 1):
-        first[v + 1] += first[v]
