@@ -21,6 +21,7 @@ from OCP.GC import GC_MakeArcOfCircle
 from OCP.gp import gp_Pnt, gp_Vec
 
 import fubini
+from fubini.quality import skewness
 
 
 def plate(*parts, height):
@@ -77,6 +78,23 @@ def test_slender_wedges_with_walls_do_not_shrink_their_own_legs(degrees):
     assert c.certified
     assert c.flawed == c.unavoidable == 2
     assert c.triangles < 1000
+
+
+@pytest.mark.parametrize(
+    ("degrees", "height", "size"), [(1.5, 2.0, 2.2), (1.6, 2.0, 0.3), (1.7, 5.0, 5.0), (1.9, 0.5, 0.6)]
+)
+def test_the_slenderest_wedges_with_walls_have_legs_of_two_lengths(degrees, height, size):
+    mesh = fubini.mesh(wedge(degrees, height), size)
+    c = mesh.certificate
+    assert c.certified
+    assert c.flawed == c.unavoidable == 2
+    assert c.triangles < 5000
+    p = mesh.points[mesh.triangles]
+    worst = p[np.argmin(skewness(p))]
+    legs = np.sort(np.linalg.norm(worst - np.roll(worst, 1, axis=0), axis=1))
+    assert 1.0001 < legs[2] / legs[1] < 1.04
+    best = math.degrees(math.atan2(2.0, 1.0 / math.tan(math.radians(degrees)) - math.tan(math.radians(degrees / 2.0))))
+    assert skewness(p).min() > 0.95 * best
 
 
 def flat(*points):

@@ -14,6 +14,9 @@ from fubini.tracks._kernels import evaluate_one
 
 #: value of f at which a climb ends
 GOAL = 0.3
+#: A node that moves by less than this times its distance from the ring stays: its cost jumps where f passes the bound,
+#: so that rounding alone could lower it for ever.
+STILL = 1e-9
 
 
 @inner
@@ -95,7 +98,7 @@ def relocate(S, W, v, fall, soft):
             cost = star_cost(W.rx, W.ry, k, x, y, rule, old - fall)
         else:
             x, y, cost = cheapest(W, k, x, y, 0.2 * mean, rule)
-    if cost >= old - fall:
+    if cost >= old - fall or abs(x) + abs(y) < STILL * mean:
         return False
     S.points[v, 0] += x
     S.points[v, 1] += y

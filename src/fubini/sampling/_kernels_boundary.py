@@ -179,16 +179,19 @@ def place_nodes(first, s, t, h, radius, step, counts, node_first, node_t):
 
 
 @kernel(allocates=True)
-def lay_nodes(span, t, s, h, ends, radius, step, vertex_size, vertex_leg, longest, at_least, g, most):
+def lay_nodes(span, t, s, h, ends, radius, tilt, step, vertex_size, vertex_leg, longest, at_least, g, most):
     """Nodes of all edges: counts (e,) of segments, node_first (e + 1,) and the parameters node_t.
 
-    See ``grade``, ``envelope``, ``count_nodes`` and ``place_nodes``; radius, vertex_size and vertex_leg change. None
-    are laid where they would be more than ``most``, or an edge cannot be counted (its count is below 1): node_t is
-    empty then.
+    See ``grade``, ``envelope``, ``count_nodes`` and ``place_nodes``; radius, vertex_size and vertex_leg change. The
+    graded radius is made longer by ``tilt`` (e, 2). No nodes are laid where they would be more than ``most``, or an
+    edge cannot be counted (its count is below 1): node_t is empty then.
     """
     first, t, s, cap = gathered(span, t, s, h)
     h = cap.copy()
     grade(first, s, h, ends, radius, vertex_size, vertex_leg, g, longest)
+    for e in range(radius.shape[0]):
+        for i in range(2):
+            radius[e, i] += tilt[e, i]
     first, t, s, h = envelope(first, t, s, cap, h, g)
     edges = first.shape[0] - 1
     counts, node_first = np.empty(edges, np.int64), np.empty(edges + 1, np.int64)

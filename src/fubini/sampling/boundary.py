@@ -101,13 +101,14 @@ class BoundarySizing:
 
     def _place(self) -> EdgeNodes:
         """Nodes of all edges from the present sizes."""
-        radius, steps = self.legs.radius.copy(), self._no_steps
+        radius, steps, tilt = self.legs.radius.copy(), self._no_steps, self._no_steps
         if self._sharp:
             kernels_of_sizes.shorten_legs(*self.tables.pool, self.ends, radius, *self._limits())
             steps = self.legs.steps(radius)
+            tilt = self.legs.tilt
         sizes, legs, gradient, longest = self._limits()
         counts, node_first, node_t = kernels.lay_nodes(
-            *self.tables.pool, self.ends, radius, steps, sizes, legs, longest, self.tables.at_least, gradient,
+            *self.tables.pool, self.ends, radius, tilt, steps, sizes, legs, longest, self.tables.at_least, gradient,
             self.options.most,
         )  # fmt: skip
         if not len(node_t):

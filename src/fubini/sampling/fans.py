@@ -2,7 +2,7 @@
 
 Beside a cusp of another face the corner's long leg is followed by short segments. Triangles about the node between
 them must shrink from the one length to the other within half a turn, by more than growth allows anywhere else: sectors
-of 45 degrees whose rays shrink geometrically do, up to a ratio of 13.
+of 45 degrees whose rays shrink geometrically do, up to a ratio of 13, and of 36 degrees up to 16.
 """
 
 from __future__ import annotations
@@ -21,8 +21,10 @@ Float = NDArray[np.float64]
 STEEP = 4.0
 #: ... and by more than this where one of them is much longer than asked.
 STEEP_AT_LONG = 1.3
-#: Angle of a sector, radians.
+#: Angle of a sector, radians ...
 SECTOR = math.pi / 4.0
+#: ... and where the segments differ by more than the second number: five in half a turn go furthest, up to 16.3.
+NARROW_SECTOR, FAR = math.pi / 5.0, 12.0
 #: A point keeps this share of its ray from every segment that does not end at the node ...
 CLEAR = 0.3
 #: ... and other points this share from it.
@@ -79,7 +81,7 @@ def _fan(boundary: Boundary, node: int, ahead: Float, behind: Float) -> tuple[Fl
     u, v = ahead - at, behind - at
     first, last = float(np.hypot(*u)), float(np.hypot(*v))
     turn = math.atan2(u[0] * v[1] - u[1] * v[0], float(u @ v)) % (2.0 * math.pi)
-    count = round(turn / SECTOR)
+    count = round(turn / (SECTOR if max(first, last) < FAR * min(first, last) else NARROW_SECTOR))
     if count < 2:
         return np.empty((0, 2)), np.empty(0)
     share = np.arange(1, count) / count

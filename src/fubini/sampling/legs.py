@@ -38,12 +38,17 @@ LARGEST_STEP = 15.0
 LONG_STEP = 12.0
 #: Gaps that the next segment may be long where one side of the corner is beside a wall, and where both are.
 MOST_GAPS = (2.8, 1.95)
+#: ... and where no leg would be long enough for that; with two walls one leg must be longer by so many gaps then.
+FLATTEST, TILT = 2.95, 1.45
 #: For the sake of ``STEP`` a leg may be this many times as long as asked; for ``LONG_STEP`` as long as need be.
 LONGEST_LEG = 1.7
 #: Other edges at the vertex of a leg longer than asked start with a segment no shorter than the leg over this.
 BESIDE_LEG = 2.0
 #: ... and over the length of the shortest edge at its vertex, such as the height of the wall, no more than this.
 WALL_SHARE = 1.3
+#: A leg that misses ``LARGEST_STEP`` without tilt, however long, is no longer than this share of that edge: the fans
+#: at its end need the room.
+SLENDER_SHARE = 0.3
 #: Sharp corners so many times as wide as that of the leg are walls to it as well: between the base of their triangle
 #: and the next segment there are three valid triangles at most, which span a ratio of 5.
 WIDER = 4.0
@@ -59,6 +64,7 @@ class Legs:
     radius : (e, 2) length of the first and of the last segment of an edge; 0 where it is no leg.
     held : (e, 2) legs that no face may split.
     lengthened : (e, 2) legs that are as long as a wall beside them needs.
+    tilt : (e, 2) by how much one leg of a corner is longer than ``radius``, for the sake of walls on both sides.
     longest : (v,) longest leg over the size at a vertex.
     narrowest : (e, 2) least angle (degrees) of the sharp corners, of whatever faces, that a leg belongs to.
     """
@@ -71,6 +77,7 @@ class Legs:
         if network.sharpest >= SHARP:
             return
         self.held, self.lengthened = np.zeros((2, *self.radius.shape), bool)
+        self.tilt = np.zeros_like(self.radius)
         self.narrowest = np.full(self.radius.shape, SHARP)
         for face, outline in enumerate(self.outlines):
             if outline.angles.min() < SHARP:
@@ -120,6 +127,9 @@ class Legs:
                     self.longest[v] *= longer / leg
                     for side in sides:
                         self.radius[side], self.lengthened[side] = longer, True
+                elif LARGEST_STEP * self._walled[-1][3] * self._opening(outline, c, before, leg) < leg:
+                    for side in sides:
+                        self.radius[side] = min(leg, SLENDER_SHARE * shortest[v])
 
     def _widest_corners(self) -> Float:
         """Angle in degrees of the widest corner, of whatever face, at each end of the edges (e, 2)."""
@@ -147,7 +157,7 @@ class Legs:
                 if wider < 1.06 * gap:
                     break
                 leg, gap = 1.05 * leg, wider
-        return leg if LARGEST_STEP * most_gaps * gap >= leg else start
+        return leg if LARGEST_STEP * FLATTEST * gap >= leg else start
 
     def _opening(self, outline: Outline, c: int, before: int, leg: float) -> float:
         """Distance between the ends of two legs of this length."""
@@ -157,16 +167,23 @@ class Legs:
     def steps(self, radius: Float) -> Float:
         """Lengths (e, 2) of the segments beside the legs that a flat wall sees too; 0 where sizes alone decide.
 
-        They are stretched, as far as valid triangles across the gap go, to be no less than the leg over ``STEP``.
+        They are stretched, as far as valid triangles across the gap go, to be no less than the leg over ``STEP``. Where
+        two walls would need more than ``LONG_STEP``, one of the two legs gets its ``tilt``.
         """
         steps = np.zeros((len(self.ends), 2))
+        self.tilt[:] = 0.0
         for outline, c, before, most_gaps, walls in self._walled:
             sides = corner_sides(outline, c, before)
             leg = float(radius[sides[0]])
             gap = self._opening(outline, c, before, leg)
             gaps = leg / (STEP * gap)
-            if gaps <= self.options.gap or LARGEST_STEP * most_gaps * gap < leg:
+            if gaps <= self.options.gap:
                 continue
+            wanted = min(leg / (LONG_STEP * gap), FLATTEST)
+            if wanted > most_gaps:
+                if len(walls) == 2:
+                    self.tilt[sides[0]] = TILT * gap * (wanted - most_gaps) / (FLATTEST - most_gaps)
+                most_gaps = wanted
             for side in walls:
                 step = min(max(self.options.size, leg / LARGEST_STEP), min(gaps, most_gaps) * gap)
                 steps[side] = min(steps[side], step) if steps[side] > 0.0 else step
@@ -210,7 +227,7 @@ class Legs:
         for leave in np.flatnonzero(sharp & (boundary.t[:, 0] == first)).tolist():
             reach = arriving[int(outline.before[boundary.track[leave]])]
             p, q = ends[leave, 1], ends[reach, 0]
-            base = self._share(outline, boundary, leave) * math.dist(boundary.points[p], boundary.points[q])
+            base = self._share(outline, boundary, leave) * self._base(outline, boundary, leave, p, q)
             ratio = min(want[p], want[q]) / base if base > 0.0 else 1.0
             if ratio >= 0.85:
                 continue
@@ -245,6 +262,12 @@ class Legs:
         narrowest = min(float(self.narrowest[side]) for side in corner_sides(outline, c, int(outline.before[c])))
         half, own = (math.radians(0.5 * angle) for angle in (narrowest, float(outline.angles[c])))
         return math.sin(half) / math.sin(own) if half < own else 1.0
+
+    def _base(self, outline: Outline, boundary: Boundary, leave: int, p: int, q: int) -> float:
+        """Base from node p to q of the triangle at the start of segment ``leave``, as it is without tilt."""
+        base, c = math.dist(boundary.points[p], boundary.points[q]), int(boundary.track[leave])
+        longer = self.tilt[corner_sides(outline, c, int(outline.before[c]))[0]]
+        return math.sqrt(max(0.0, base * base - longer * longer)) if longer else base
 
     def shrink(self, outline: Outline, boundary: Boundary, k: int) -> set[int]:
         """Shorten the protected legs that segment k is; the edge when there is one."""
