@@ -75,7 +75,7 @@ def _joined(
     place, param, lifted = np.empty(n, np.int64), np.empty(n), np.empty((n, 3))
     edge, t, nodes = np.empty(k, np.int64), np.empty((k, 2)), np.empty((k, 2), np.int64)
     ends = model.numbering.vertices
-    lowest = -1 - int(ends.max())
+    lowest = -1 - int(np.maximum.reduce(ends, axis=None))
     at = since = 0
     for face, outline, result in zip(model.faces, outlines, results, strict=True):
         boundary = result.mesh.boundary

@@ -53,7 +53,7 @@ class BoundarySizing:
         self.tables = EdgeTables(network, options)
         self.legs = Legs(network, options, self.tables)
         self._sharp = np.count_nonzero(self.legs.radius) > 0
-        self._no_steps = np.zeros_like(self.legs.radius)
+        self._no_steps = np.zeros(self.legs.radius.shape)
         self._seen: dict[int, tuple[EdgeNodes, Boundary]] = {}
         if self._sharp:
             kernels_of_sizes.shorten_legs(*self.tables.pool, self.ends, self.legs.radius, *self._limits())
@@ -117,9 +117,9 @@ class BoundarySizing:
 
     def _limits(self) -> tuple[Float, Float, float, Float]:
         """Sizes and legs (v,) that vertices allow before grading, the growth, and the longest legs over those sizes."""
-        sizes, legs = np.empty((2, self.network.vertices))
-        sizes.fill(np.inf)
-        legs.fill(np.inf)
+        bounds = np.empty((2, self.network.vertices))
+        bounds.fill(np.inf)
+        sizes, legs = bounds
         for v, asked in self.options.vertex_size.items():
             sizes[v] = asked
         return sizes, legs, self.options.gradient, self.legs.longest

@@ -77,7 +77,7 @@ class Legs:
         if network.sharpest >= SHARP:
             return
         self.held, self.lengthened = np.zeros((2, *self.radius.shape), bool)
-        self.tilt = np.zeros_like(self.radius)
+        self.tilt = np.zeros(self.radius.shape)
         self.narrowest = np.full(self.radius.shape, SHARP)
         for face, outline in enumerate(self.outlines):
             if outline.angles.min() < SHARP:
