@@ -11,10 +11,12 @@ import numpy as np
 
 from fubini._jit import inner, kernel
 from fubini._kernels_predicates import orient
+from fubini.triangulation._kernels_extract import extract
 from fubini.triangulation._kernels_order import insertion_order
-from fubini.triangulation._kernels_strip import between
+from fubini.triangulation._kernels_strip import between, put_in, twin_of
 from fubini.triangulation._kernels_topology import (
     DONE,
+    fill_vertex_triangle,
     find_edge,
     flip,
     legalise,
@@ -29,8 +31,8 @@ FAR = 1024.0
 #: Neighbour of the far triangle: smaller than the code of any segment.
 NOTHING = -(2**31) + 1
 
-#: What ``triangulate`` reports, as bits: ways in which segments fail to enclose a region, then why nothing was done.
-LEAKED, CONTRADICTED, NOT_FINITE, NOT_A_POINT, NOT_DELAUNAY = 1, 2, 4, 8, 16
+#: What ``triangulate`` reports, as bits, besides LEAKED and CONTRADICTED: why nothing was done.
+NOT_FINITE, NOT_A_POINT, NOT_DELAUNAY = 4, 8, 16
 
 
 @kernel(allocates=True)
@@ -257,115 +259,6 @@ def recover_all(points, triangles, neighbours, vertex_triangle, segments, rank, 
     return report
 
 
-@inner(allocates=True)
-def flood(triangles, neighbours, half_edge, count, n):
-    """Number the triangles on the left of the segments; returns number (count,), how many, and LEAKED or 0.
-
-    Stops at cut edges and at triangles that have a far corner (ranks from n on). Numbers follow the slots; others
-    have -1. A segment with a far triangle on its left leaks.
-    """
-    leaked = 0
-    number = np.empty(count, np.int32)
-    for t in range(count):
-        far = triangles[t, 0] >= n or triangles[t, 1] >= n or triangles[t, 2] >= n
-        number[t] = -2 if far else -1
-    stack = np.empty(count, np.int32)
-    for s in range(half_edge.shape[0]):
-        if half_edge[s] < 0:
-            continue
-        t = half_edge[s] // 3
-        if number[t] == -2:
-            leaked = LEAKED
-        if number[t] != -1:
-            continue
-        stack[0], number[t] = t, 0
-        waiting = 1
-        while waiting > 0:
-            waiting -= 1
-            t = np.int64(stack[waiting])
-            for i in range(3):
-                u = neighbours[t, i]
-                if u >= 0 and number[u] == -1:
-                    stack[waiting], number[u] = u, 0
-                    waiting += 1
-    kept = 0
-    for t in range(count):
-        if number[t] == 0:
-            number[t] = kept
-            kept += 1
-        else:
-            number[t] = -1
-    return number, kept, leaked
-
-
-@inner(allocates=True)
-def compact(triangles, neighbours, number, kept, order, k):
-    """The kept triangles with points by index: triangles (m, 3), neighbours (m, 3), status bits.
-
-    An edge without a segment towards a triangle that is not kept gets ``-1 - k`` (LEAKED); one on the right
-    of a segment whose left lies outside gets that segment's code (CONTRADICTED).
-    """
-    out, across = np.empty((kept, 3), np.int32), np.empty((kept, 3), np.int32)
-    leaked, contradicted = 0, 0
-    for t in range(number.shape[0]):
-        m = number[t]
-        if m < 0:
-            continue
-        for i in range(3):
-            out[m, i] = order[triangles[t, i]]
-            u = neighbours[t, i]
-            if u >= 0:
-                u = number[u]
-                if u < 0:
-                    u = -1 - k
-                    leaked = LEAKED
-            elif u < -k:
-                u += k
-                contradicted = CONTRADICTED
-            across[m, i] = u
-    return out, across, leaked | contradicted
-
-
-@inner(allocates=True)
-def drop_unused(triangles, n, fixed):
-    """Renumber vertices of triangles in place without the unused ones from ``fixed`` on; returns those."""
-    number = np.empty(n, np.int32)
-    for v in range(n):
-        number[v] = 0
-    for t in range(triangles.shape[0]):
-        for i in range(3):
-            number[triangles[t, i]] = 1
-    used = fixed
-    for v in range(fixed, n):
-        used += number[v]
-    dropped = np.empty(n - used, np.int32)
-    if used == n:
-        return dropped
-    count = 0
-    for v in range(n):
-        if v >= fixed and number[v] == 0:
-            dropped[count] = v
-            count += 1
-        number[v] = v - count
-    for t in range(triangles.shape[0]):
-        for i in range(3):
-            triangles[t, i] = number[triangles[t, i]]
-    return dropped
-
-
-@inner(allocates=True)
-def extract(triangles, neighbours, half_edge, order, fixed):
-    """The region on the left of the segments, by index, of a triangulation whose segments were cut.
-
-    fixed : the first so many points stay even where no triangle uses them. Returns triangles (m, 3),
-    neighbours (m, 3), dropped (d,) indices of points left out, and status bits (LEAKED, CONTRADICTED).
-    """
-    n = order.shape[0]
-    number, kept, leaked = flood(triangles, neighbours, half_edge, triangles.shape[0], n)
-    out, across, status = compact(triangles, neighbours, number, kept, order, half_edge.shape[0])
-    return out, across, drop_unused(out, n, fixed), leaked | status
-
-
 @inner
 def refusal(points, segments):
     """NOT_FINITE or NOT_A_POINT where points or segments cannot be used, else 0."""
@@ -377,6 +270,119 @@ def refusal(points, segments):
         if min(segments[s, 0], segments[s, 1]) < 0 or max(segments[s, 0], segments[s, 1]) >= n:
             return NOT_A_POINT
     return 0
+
+
+@inner(allocates=True)
+def enclosed(points, segments, fixed):
+    """``triangulate`` where nothing is known."""
+    ranked, order = rank_points(points)
+    triangles, neighbours, vertex_triangle = delaunay(ranked, order)
+    half_edge, found, rank = find_segments(triangles, neighbours, vertex_triangle, order, segments)
+    k = segments.shape[0]
+    if found == k:
+        cut_segments(neighbours, half_edge)
+    elif recover_all(ranked, triangles, neighbours, vertex_triangle, segments, rank, half_edge) != DONE:
+        none = triangles[:0]
+        return none, none, vertex_triangle[:0], vertex_triangle[:0], NOT_DELAUNAY
+    out, across, dropped, status = extract(triangles, neighbours, half_edge, order, fixed)
+    lost = np.empty(k, np.int32)
+    count = 0
+    for s in range(k):
+        if half_edge[s] < 0:
+            lost[count] = s
+            count += 1
+    return out, across, dropped, lost[:count], status
+
+
+@inner(allocates=True)
+def nodes_of_rest(ends, sewn, n):
+    """Nodes at ``ends`` (r, 2) and those in none of the triangles ``sewn``, ascending, and place (n,) among them."""
+    place = np.zeros(n, np.int32)
+    for t in range(sewn.shape[0]):
+        for i in range(3):
+            place[sewn[t, i]] = -1
+    for s in range(ends.shape[0]):
+        place[ends[s, 0]] = place[ends[s, 1]] = 0
+    nodes, count = np.empty(n, np.int32), 0
+    for v in range(n):
+        if place[v] == 0:
+            nodes[count], place[v] = v, count
+            count += 1
+    return nodes[:count], place
+
+
+@inner(allocates=True)
+def rest(points, ends, sewn, fixed):
+    """Triangulation of what the segments with ``ends`` (r, 2) enclose, all nodes in no triangle of ``sewn`` in it.
+
+    Triangles, neighbours as of ``enclosed``, nodes (d,) left out, and whether that came out.
+    """
+    nodes, place = nodes_of_rest(ends, sewn, points.shape[0])
+    some, between_some, first = np.empty((nodes.shape[0], 2)), np.empty_like(ends), 0
+    for z in range(nodes.shape[0]):
+        some[z, 0], some[z, 1] = points[nodes[z], 0], points[nodes[z], 1]
+        first += nodes[z] < fixed
+    for s in range(ends.shape[0]):
+        between_some[s, 0], between_some[s, 1] = place[ends[s, 0]], place[ends[s, 1]]
+    out, across, dropped, lost, status = enclosed(some, between_some, first)
+    d = 0  # numbers go on without what was dropped
+    for z in range(nodes.shape[0]):
+        if d < dropped.shape[0] and dropped[d] == z:
+            dropped[d] = nodes[z]
+            d += 1
+        else:
+            nodes[z - d] = nodes[z]
+    for t in range(out.shape[0]):
+        for i in range(3):
+            out[t, i] = nodes[out[t, i]]
+    return out, across, dropped, status == 0 and lost.shape[0] == 0
+
+
+@inner(allocates=True)
+def with_rest(points, segments, fixed, hanging, sewn, beside, left):
+    """Triangles ``sewn`` (m, 3), neighbours ``beside`` (m, 3), and those of what is left, see ``between``.
+
+    No triangles where that does not come out.
+    """
+    k, ends = segments.shape[0], np.empty((left.shape[0], 2), np.int32)
+    for s in range(left.shape[0]):
+        for i in range(2):
+            ends[s, i] = segments[left[s], i] if left[s] < k else hanging[left[s] - k, i]
+    more, across, dropped, fit = rest(points, ends, sewn, fixed)
+    m, count = sewn.shape[0], sewn.shape[0] + more.shape[0]
+    room = count + 2 * dropped.shape[0]
+    triangles, neighbours = np.empty((room, 3), np.int32), np.empty((room, 3), np.int32)
+    none = triangles[:0], neighbours[:0]
+    if not fit:
+        return none
+    half_edge = np.empty(hanging.shape[0], np.int64)
+    for t in range(m):
+        for i in range(3):
+            u = np.int64(beside[t, i])
+            triangles[t, i], neighbours[t, i] = sewn[t, i], u
+            if u < -k:
+                half_edge[-1 - u - k] = 3 * t + i
+    stack, waiting = np.empty(16 * room, np.int32), 0
+    for t in range(m, count):
+        for i in range(3):
+            u = across[t - m, i]
+            s = -1 if u >= 0 else left[-1 - u]
+            triangles[t, i], neighbours[t, i] = more[t - m, i], u + m if u >= 0 else -1 - s
+            if s >= k:  # hanging in the strip: the other side was sewn
+                half = half_edge[twin_of(s, k) - k]
+                neighbours[t, i], neighbours[half // 3, half % 3] = half // 3, t
+                stack[waiting] = t
+                waiting += 1
+    vertex_triangle = np.empty(points.shape[0], np.int32)
+    fill_vertex_triangle(triangles, count, vertex_triangle)
+    report, _ = legalise(points, triangles, neighbours, vertex_triangle, stack, waiting)
+    if report != DONE:
+        return none
+    for v in dropped:
+        if not put_in(points, triangles, neighbours, vertex_triangle, fixed, np.int64(v), count):
+            return none
+        count += 2
+    return triangles, neighbours
 
 
 @kernel(allocates=True)
@@ -393,25 +399,12 @@ def triangulate(points, segments, fixed, outer, hanging):
     if status:
         return none, none, np.empty(0, np.int32), np.empty(0, np.int32), status
     if outer < segments.shape[0]:
-        out, across = between(points, segments, fixed, outer, hanging)
+        out, across, left = between(points, segments, fixed, outer, hanging)
+        if left.shape[0] > 0:
+            out, across = with_rest(points, segments, fixed, hanging, out, across, left)
         if out.shape[0] > 0:
             return out, across, np.empty(0, np.int32), np.empty(0, np.int32), 0
-    ranked, order = rank_points(points)
-    triangles, neighbours, vertex_triangle = delaunay(ranked, order)
-    half_edge, found, rank = find_segments(triangles, neighbours, vertex_triangle, order, segments)
-    k = segments.shape[0]
-    if found == k:
-        cut_segments(neighbours, half_edge)
-    elif recover_all(ranked, triangles, neighbours, vertex_triangle, segments, rank, half_edge) != DONE:
-        return none, none, np.empty(0, np.int32), np.empty(0, np.int32), NOT_DELAUNAY
-    out, across, dropped, status = extract(triangles, neighbours, half_edge, order, fixed)
-    lost = np.empty(k, np.int32)
-    count = 0
-    for s in range(k):
-        if half_edge[s] < 0:
-            lost[count] = s
-            count += 1
-    return out, across, dropped, lost[:count], status
+    return enclosed(points, segments, fixed)
 
 
 @kernel(allocates=True)

@@ -7,7 +7,8 @@ together have the angle sum of the strip, and no node can have less than its sha
 What comes out is made Delaunay by flips, and nodes that lie by themselves between the loops are put in.
 
 Loops are not always pairs: where the region is narrow there is no patch between two parts of its boundary, and one loop
-of the rim goes around several. The walk then fails, and all is triangulated as if nothing were known.
+of the rim goes around several. The walk then fails, and what lies between these loops is left to be triangulated as if
+nothing were known.
 """
 
 from __future__ import annotations
@@ -155,6 +156,45 @@ def sew_loop(points, edges, triangles, neighbours, m, lists, sewn, fixed, b):
     return -1
 
 
+@inner
+def twin_of(s, k):
+    """The edge that goes the other way, of edges from k on that go both ways one behind the other."""
+    return k + ((s - k) ^ 1)
+
+
+@inner
+def sew_loops(points, edges, triangles, neighbours, lists, sewn, fixed, outer):
+    """``sew_loop`` for every loop of the boundary: the number of triangles.
+
+    The edges of a loop that does not fit to the rim have -2 in ``sewn`` afterwards, those of the rim that are left -1.
+    """
+    m, following = 0, lists[0]
+    for s in range(outer):
+        if sewn[s] == -1:
+            end = sew_loop(points, edges, triangles, neighbours, m, lists, sewn, fixed, edges[s, 0])
+            if end >= 0:
+                m = end
+                continue
+            while s >= 0 and sewn[s] == -1:
+                sewn[s] = -2
+                s = np.int64(following[edges[s, 1]])
+    return m
+
+
+@inner(allocates=True)
+def left_over(points, edges, sewn, k):
+    """The first k edges that are not sewn, then those of the others of which only the other way is; whether they may
+    enclose a region.
+    """
+    left, count, area = np.empty(edges.shape[0], np.int32), 0, 0.0
+    for s in range(edges.shape[0]):
+        if sewn[s] < 0 and (s < k or sewn[twin_of(s, k)] >= 0):
+            a, b = edges[s, 0], edges[s, 1]
+            left[count], count = s, count + 1
+            area += points[a, 0] * points[b, 1] - points[a, 1] * points[b, 0]
+    return left[:count], count == 0 or area > 0.0
+
+
 @inner(allocates=True)
 def legalise_strip(points, triangles, neighbours, vertex_triangle, m, hanging):
     """Make m triangles between loops Delaunay: DONE or OUT_OF_BUDGET.
@@ -169,6 +209,8 @@ def legalise_strip(points, triangles, neighbours, vertex_triangle, m, hanging):
             stack[count] = t
             count += 1
     for h in range(0, hanging.shape[0], 2):
+        if min(hanging[h], hanging[h + 1]) < 0:  # left, or at what is left
+            continue
         half, twin = np.int64(hanging[h]), np.int64(hanging[h + 1])
         neighbours[half // 3, half % 3], neighbours[twin // 3, twin % 3] = twin // 3, half // 3
         if edge_is_illegal(points, triangles, neighbours, half // 3, half % 3):
@@ -197,10 +239,12 @@ def put_in(points, triangles, neighbours, vertex_triangle, fixed, p, m):
 
 @kernel(allocates=True)
 def between(points, segments, fixed, outer, hanging):
-    """Triangulation of the strip on the left of segments (k, 2): triangles and neighbours (m, 3), none if that fails.
+    """Triangulation of the strip on the left of segments (k, 2), or of a part of it.
 
     The first ``fixed`` points are ends of the first ``outer`` segments, the boundary; the others of the rim, of edges
-    hanging (h, 2) in the strip, both ways one behind the other, or of none.
+    hanging (h, 2) in the strip, both ways one behind the other, or of none. Returns triangles and neighbours (m, 3),
+    none where the walk fails; left (r,), segments, and edges hanging from k on, that enclose what is not triangulated,
+    nodes that lie by themselves among it then.
     """
     n, k = points.shape[0], segments.shape[0]
     edges = np.empty((k + hanging.shape[0], 2), np.int32)
@@ -211,23 +255,25 @@ def between(points, segments, fixed, outer, hanging):
     triangles, neighbours = np.empty((room, 3), np.int32), np.empty((room, 3), np.int32)
     lists = np.empty(n, np.int32), np.empty(n, np.int32), np.empty(edges.shape[0], np.int32)
     sewn, vertex_triangle = np.empty(edges.shape[0], np.int32), np.empty(n, np.int32)
-    none = triangles[:0], neighbours[:0]
+    none = triangles[:0], neighbours[:0], sewn[:0]
     if not edges_by_ends(edges, outer, fixed, *lists):
         return none
     for s in range(edges.shape[0]):
         sewn[s] = -1
-    m = 0
-    for s in range(outer):
-        if sewn[s] < 0:
-            m = sew_loop(points, edges, triangles, neighbours, m, lists, sewn, fixed, edges[s, 0])
-            if m < 0:
-                return none
+    m = sew_loops(points, edges, triangles, neighbours, lists, sewn, fixed, outer)
+    left, fit = left_over(points, edges, sewn, k)
+    if m == 0 or not fit:
+        return none
+    if legalise_strip(points, triangles, neighbours, vertex_triangle, m, sewn[k:]) != DONE:
+        return none
+    if left.shape[0] > 0:
+        return triangles[:m], neighbours[:m], left
     # a triangle stands on each edge that was passed
-    if m != edges.shape[0] or legalise_strip(points, triangles, neighbours, vertex_triangle, m, sewn[k:]) != DONE:
+    if m != edges.shape[0]:
         return none
     for p in range(fixed, n):
         if lists[1][p] < 0:
             if not put_in(points, triangles, neighbours, vertex_triangle, fixed, p, m):
                 return none
             m += 2
-    return triangles[:m], neighbours[:m]
+    return triangles[:m], neighbours[:m], left
