@@ -107,7 +107,7 @@ def certify_face(
         worst_at=flaws.worst_at,
         min_angle=shape.least,
         max_angle=shape.greatest,
-        area_error=abs(shape.area - area) / area,
+        area_error=abs(shape.area - area) / (area if area > 0.0 else max(shape.area, 1e-300)),
         boundary_distance=float(boundary.node.max(initial=0.0)),
         chord_error=float(boundary.chord.max(initial=0.0)),
         reasons=reasons,
@@ -263,6 +263,8 @@ def _area_reasons(area: float, mesh_area: float, boundary: BoundaryFigures, outl
     allowed = float((reach * boundary.length).sum()) + 1e3 * AREA * area
     if abs(mesh_area - area) <= allowed:
         return []
+    if not area > 0.0:
+        return [f"the CAD kernel gives the face an area of {area:.3g}, and the mesh has {mesh_area:.6g}"]
     off = (mesh_area - area) / area
     return [f"area differs by {off:.2g} of the CAD area, more than its curves explain ({allowed / area:.2g})"]
 

@@ -14,6 +14,7 @@ from OCP.TopoDS import TopoDS_Shape
 
 from fubini.cad import occ
 from fubini.cad.binary import is_binary, read_binary
+from fubini.cad.iges import check_iges
 from fubini.cad.integrity import check_brep, check_step, names_kind
 from fubini.cad.source import ReadOptions, Source
 from fubini.errors import InputError
@@ -43,6 +44,7 @@ def read_step(path: Path, options: ReadOptions) -> Source:
 
 def read_iges(path: Path, options: ReadOptions) -> Source:
     """An IGES file in millimetres, as the kernel reads it."""
+    check_iges(path)
     return Source(_transfer(IGESControl_Reader(), path, "IGES"), str(path))
 
 

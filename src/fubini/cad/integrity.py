@@ -9,10 +9,15 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+from fubini.cad.shapeset import check_text_shapes
 from fubini.errors import InputError
 
 _STRING = re.compile(rb"'(?:[^']|'')*'")
 _COMMENT = re.compile(rb"/\*.*?\*/", re.DOTALL)
+#: Text, an omitted value or a reference that something else than a comma or a bracket follows, and two commas.
+_ODD = re.compile(rb"(?:''|[(,]\s*[$*])\s*+[^,)]|[,(]\s*#\d++\s*+[^,)]|,\s*[,)]|\(\s*,")
+#: An instance whose type is no name, where not several types stand in brackets.
+_NO_TYPE = re.compile(rb"\s*#\d+\s*=\s*+(?!\(|!?[A-Za-z][A-Za-z0-9_]*\s*\()")
 _DEFINED = re.compile(rb"#(\d+)\s*=")
 _REFERRED = re.compile(rb"#(\d+)")
 _GEOMETRY = re.compile(
@@ -38,10 +43,25 @@ def check_step(path: Path) -> tuple[str, ...]:
             fix="export or download it again",
         )
     text = _COMMENT.sub(b"", _STRING.sub(b"''", data))
+    _check_statements(text[max(0, text.find(b"DATA")) :], path)  # the header holds nothing that matters
     known = set(_DEFINED.findall(text))
     if known.issuperset(_REFERRED.findall(text)):
         return ()
     return _dangling(text, known, path)
+
+
+def _check_statements(text: bytes, path: Path) -> None:
+    """``InputError`` where values are not parted by commas, brackets do not close, or an entity has no proper type."""
+    odd = _ODD.search(text)
+    at = b"" if odd is None else text[max(0, odd.start() - 30) : odd.end() + 10]
+    if not at:
+        at = next((s for s in text.split(b";") if s.count(b"(") != s.count(b")") or _NO_TYPE.match(s)), b"")
+    if at:
+        raise InputError(
+            f"the STEP file is damaged near {' '.join(at[:80].decode('ascii', 'replace').split())!r}",
+            file=str(path),
+            fix="export or download it again",
+        )
 
 
 def _dangling(text: bytes, known: set[bytes], path: Path) -> tuple[str, ...]:
@@ -73,7 +93,7 @@ def check_brep(path: Path) -> None:
     if not any(mark in data[:4096] for mark in _BREP_HEADERS):
         raise InputError("this is no BREP file: it does not begin with a CASCADE Topology header", file=str(path))
     at = 0
-    count = 0
+    counts: list[int] = []
     for section in _BREP_SECTIONS:
         found = re.compile(rb"^" + section + rb"[ \t]+(\d+)", re.MULTILINE).search(data, at)
         if found is None:
@@ -83,6 +103,7 @@ def check_brep(path: Path) -> None:
                 fix="export or download it again",
             )
         at, count = found.end(), int(found.group(1))
+        counts.append(count)
     shapes = data[at:].split()
     if shapes.count(b"*") != count or not _is_reference(shapes):
         raise InputError(
@@ -90,6 +111,12 @@ def check_brep(path: Path) -> None:
             file=str(path),
             fix="export or download it again",
         )
+    try:
+        check_text_shapes(shapes, counts, b"CASCADE Topology V2" in data[:4096])
+    except ValueError as error:
+        raise InputError(
+            f"the BREP file is cut short or damaged: {error}", file=str(path), fix="export or download it again"
+        ) from error
 
 
 def _is_reference(words: list[bytes]) -> bool:

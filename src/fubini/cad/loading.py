@@ -46,6 +46,21 @@ def load(
     Raises ``InputError`` when the source cannot be read or has no planar face, ``GeometryError``
     where an outline bounds no region, ``DependencyError`` when there is no CAD kernel.
     """
+    try:
+        return _load(source, groups, gap, check, sew, imprint)
+    except Exception as error:
+        # the kernel raises its own classes, which share no other base, where geometry that it took turns out to be none
+        if not type(error).__module__.startswith("OCP"):
+            raise
+        what = f"the CAD kernel gives up on this source ({type(error).__name__})"
+        label = str(source) if isinstance(source, str | os.PathLike) else None
+        raise InputError(what, file=label, fix="heal the model, or export it again") from error
+
+
+def _load(
+    source: Any, groups: Mapping[str, Any] | None, gap: float | None, check: bool, sew: float | None, imprint: bool
+) -> Model:
+    """See ``load``; errors of the kernel come through."""
     found = read(source, gap=gap)
     from fubini.cad.build import build_model
 

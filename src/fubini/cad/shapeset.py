@@ -1,7 +1,7 @@
-"""Is a binary shape set sound? The kernel follows every number in it unseen, and crashes where one leads nowhere.
+"""Is a shape set sound? The kernel follows every number in it unseen, and crashes or hangs where one leads nowhere.
 
-The layout is that of ``BinTools_ShapeSet``: locations and geometry in sections that begin with a line of text, then the
-shapes, each with its kind, its geometry, seven flags and its parts, which come before it in the file.
+The layout is that of ``BinTools_ShapeSet`` and ``BRepTools_ShapeSet``: locations and geometry in sections that begin
+with a line of text, then the shapes, each with its kind, its geometry, seven flags and its parts, which come before it.
 """
 
 from __future__ import annotations
@@ -102,4 +102,93 @@ class _Shapes:
         while (orientation := self._byte()) != _END:
             part, location = count + 1 - self._number(), self._number()
             if not (orientation < _ORIENTATIONS and 1 <= part < number and 0 <= location <= self.most["L"]):
+                raise ValueError(f"shape {number} has a part that is not there or not placed")
+
+
+#: The same in text, where continuity is a word, at the end of the number before it along a seam ("s"), and where curves
+#: on surfaces carry their ends in version 2 only.
+_TEXT_EDGE = {1: "CLrr", 2: "2SLrr", 3: "2sSLrr", 4: "wSLSL", 5: "PL", 6: "NTL", 7: "NNTL"}
+_TEXT_VERTEX = {1: "CL", 2: "2SL", 3: "rSL"}
+_SEAM = re.compile(rb"(?:C[0-3N]|G[12])$")
+_SIGNS = {b"+", b"-", b"i", b"e"}
+_TEXT_KINDS = {b"Ve", b"Ed", b"Wi", b"Fa", b"Sh", b"So", b"CS", b"Co"}
+
+
+def check_text_shapes(words: list[bytes], counts: list[int], with_ends: bool) -> None:
+    """Raises ``ValueError`` where the shapes of a text shape set are out of shape or refer to nothing.
+
+    words : all that follows the line of the shapes. counts (8,) : of the sections, the shapes last. with_ends : whether
+    curves on surfaces carry their ends.
+    """
+    try:
+        _TextShapes(words, dict(zip(_LETTERS, counts, strict=False)), with_ends).check(counts[-1])
+    except IndexError:
+        raise ValueError("it is cut short") from None
+
+
+class _TextShapes:
+    """Walks through the words of the shapes; ``most`` holds how many there are of what shapes refer to."""
+
+    def __init__(self, words: list[bytes], most: dict[str, int], with_ends: bool) -> None:
+        self.words, self.at, self.most = words, 0, most
+        self.edge = dict(_TEXT_EDGE)
+        if with_ends:
+            self.edge |= {mark: layout + "rrrr" for mark, layout in _TEXT_EDGE.items() if mark in (2, 3)}
+
+    def check(self, count: int) -> None:
+        for number in range(1, count + 1):
+            kind = self._word()
+            if kind not in _TEXT_KINDS:
+                raise ValueError(f"shape {number} is of an unknown kind {kind!r}")
+            if kind == b"Ve":
+                self._follow("rrrr")
+                self._marked(_TEXT_VERTEX, "r")
+            elif kind == b"Ed":
+                self._follow("rfff")
+                self._marked(self.edge)
+            elif kind == b"Fa":
+                self._follow("frSL")
+                if self.words[self.at] == b"2":
+                    self._follow("wT")
+            flags = self._word()
+            if len(flags) != _FLAGS or flags.strip(b"01"):
+                raise ValueError(f"shape {number} has the flags {flags!r}")
+            self._parts(number, count)
+
+    def _word(self) -> bytes:
+        self.at += 1
+        return self.words[self.at - 1]
+
+    def _number(self) -> int:
+        return int(self._word())
+
+    def _marked(self, layouts: dict[int, str], before: str = "") -> None:
+        """Pieces of geometry, each behind a mark, which may have something before it, up to a mark of zero."""
+        while True:
+            self._follow(before)
+            mark = self._number()
+            if not mark:
+                return
+            if mark not in layouts:
+                raise ValueError(f"a shape with geometry of an unknown kind ({mark})")
+            self._follow(layouts[mark])
+
+    def _follow(self, layout: str) -> None:
+        for letter in layout:
+            word = self._word()
+            if letter == "r":
+                float(word)
+            elif letter == "f":
+                if word not in (b"0", b"1"):
+                    raise ValueError(f"{word!r} is no flag")
+            elif letter == "s":
+                word, letter = _SEAM.sub(b"", word), "2"
+            if letter not in "frw" and not 0 <= int(word) <= self.most[letter]:
+                raise ValueError("a shape refers to geometry that is not there")
+
+    def _parts(self, number: int, count: int) -> None:
+        """Parts of shape ``number``: orientation and number counted from the last shape, location."""
+        while (word := self._word()) != b"*":
+            part, location = count + 1 - int(word[1:]), self._number()
+            if not (word[:1] in _SIGNS and 1 <= part < number and 0 <= location <= self.most["L"]):
                 raise ValueError(f"shape {number} has a part that is not there or not placed")

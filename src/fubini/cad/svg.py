@@ -80,11 +80,14 @@ def _parse(path: Path) -> Any:
         raise DependencyError("reading SVG needs svgelements", fix='pip install "fubini[svg]"') from error
     try:
         with path.open("rb") as stream:
-            return svgelements.SVG.parse(stream, reify=False, ppi=PIXELS_PER_INCH)
+            document = svgelements.SVG.parse(stream, reify=False, ppi=PIXELS_PER_INCH)
     except OSError as error:
         raise InputError(f"cannot be read: {error}", file=str(path)) from error
     except Exception as error:  # a damaged file may raise anything inside the parser
         raise InputError(f"not an SVG drawing: {error}", file=str(path)) from error
+    if not isinstance(document, svgelements.SVG):
+        raise InputError("not an SVG drawing: it does not begin with an svg element of its namespace", file=str(path))
+    return document
 
 
 def _source(path: Path, shapes: list[FilledShape], speck: float, notes: Counter[str]) -> Source:
