@@ -97,6 +97,8 @@ def test_geometry_that_is_not_there_never_reaches_the_kernel():
         check_shapes(data[:mark] + b"\x09" + data[mark + 1 :])
     with pytest.raises(ValueError, match="not there"):
         check_shapes(data.replace(b"Surfaces 7", b"Surfaces 6"))
+    with pytest.raises(ValueError, match="holds less"):
+        check_shapes(data.replace(b"Polygon3D 0", b"Polygon3D 2"))
     with pytest.raises(ValueError, match="missing"):
         check_shapes(data.replace(b"Curve2ds", b"Curve2dz"))
 

@@ -33,11 +33,14 @@ def check_shapes(data: bytes) -> None:
     version = _VERSION.search(data[:128])
     if version is None or int(version.group(1)) < _WITH_ENDS:
         return
-    at, counts = 0, []
+    at = 0
+    counts: list[int] = []
     for section in _SECTIONS:
         found = re.compile(section + rb" (\d+)\n").search(data, at)
         if found is None:
             raise ValueError(f"section {section.decode()} is missing")
+        if counts and found.start() - at < counts[-1]:  # each takes a byte at least
+            raise ValueError(f"the section before {section.decode()} holds less than it says")
         at = found.end()
         counts.append(int(found.group(1)))
     try:
