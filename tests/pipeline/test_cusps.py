@@ -22,6 +22,8 @@ from OCP.gp import gp_Pnt, gp_Vec
 
 import fubini
 from fubini.quality import skewness
+from random_regions import crescent
+from regions import model_of
 
 
 def plate(*parts, height):
@@ -178,3 +180,17 @@ def test_a_face_that_cannot_be_had_is_given_up_when_its_effort_is_spent(effort, 
     assert all("budget of moves was spent" in reason for f in reported for reason in f.reasons)
     efforts = [found[0].effort for found in outcomes if found is not None and found[0].excess]
     assert sum(efforts) < len(reported) * effort + 12 * max(efforts)
+
+
+@pytest.mark.parametrize("gap", [1e-2, 1e-3])
+def test_legs_of_a_cusp_between_nearly_equal_circles_stay_as_long_as_asked(gap):
+    """A cusp opens in proportion to its leg: a shorter one does not come nearer to the angle of the tangents."""
+    model = model_of(crescent(1.0 - gap))
+    size = model.diagonal / 60.0
+    mesh = fubini.mesh(model, size)
+    c = mesh.certificate
+    assert c.certified and c.unavoidable == 1
+    p = mesh.points[mesh.triangles]
+    legs = np.sort(np.linalg.norm(p - np.roll(p, 1, axis=1), axis=2), axis=1)[np.argmin(skewness(p))]
+    assert legs[1] > 0.5 * size
+    assert c.triangles < 100.0 / gap

@@ -198,7 +198,8 @@ class Legs:
             steps[side[0], side[1]] = min(leg / BESIDE_LEG, LEG_SHARE * self.tables[side[0]][1][-1])
 
     def _leg_of_true_angle(self, outline: Outline, c: int, before: int, leg: float) -> float:
-        """Shorten the leg until the chords open about as wide as the tangents do."""
+        """Shorten the leg until the chords open about as wide as the tangents do, as long as that helps."""
+        last = 0.0
         for _ in range(12):
             p = [self._leg_end(outline, j, side, leg) for j, side in leg_tracks(outline, c, before)]
             corner = evaluate(outline.tracks, c, 0.0 if outline.forward[c] else 1.0)[0]
@@ -206,7 +207,9 @@ class Legs:
             opening = np.degrees(np.arctan2(u[0] * v[1] - u[1] * v[0], u @ v))
             if opening > 0.93 * outline.angles[c] and opening > 1e-3:
                 break
-            leg *= 0.6
+            if 0.0 < opening < 1.01 * last:  # in a cusp the chords open in proportion to the leg
+                return leg / 0.6
+            last, leg = opening, 0.6 * leg
         return leg
 
     def _leg_end(self, outline: Outline, j: int, side: int, leg: float) -> Float:
