@@ -35,7 +35,8 @@ LATER: tuple[tuple[Any, str], ...] = (
     (assembly.write_strip, "d2 d2 i2 l1 l d2 i2"),
     (assembly.join, "l1 d1 d2 l d l1 d2 l2 l1"),
     (assembly.enter, "i1 i1 d1 i2 i1 d2 l1 l2 d2 l l1 d1 d2 l1 d2 l2"),
-    (assembly.rim_last, "d2 i2 i2 i1 i1 i2"),
+    (assembly.with_rim, "d2 b1 d1 d1 i2 i1 d2 b1 d2 i2 d"),
+    (assembly.without_rim, "d2 i2 b1 d1 d1 i2 i1 d2 b1"),
 )
 
 SQUARE = np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0), (0.5, 0.5)])

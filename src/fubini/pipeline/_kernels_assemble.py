@@ -7,6 +7,9 @@ import numpy as np
 from fubini._jit import inner, kernel
 from fubini.tracks._kernels import evaluate_one
 
+#: As in ``fubini.triangulation.value``: nodes that stay, segments that do.
+FROZEN, LOCKED = 3, 2
+
 
 @inner
 def lift(axes, x, y, points, i):
@@ -173,42 +176,82 @@ def write_strip(axes, flat, corners, numbers, first, points, triangles):
 
 
 @kernel(allocates=True)
-def rim_last(points, triangles, segments, track, real, kept):
-    """Renumber a strip in place: the nodes of the face's own boundary, those on the rim of the core, the others.
+def with_rim(points, kind, size, angle, segments, track, t, mode, on_rim, rim, wanted):
+    """Arrays of a boundary with the rim of a core behind it: frozen nodes, and locked segments of no track.
 
-    points (n, 2), triangles (m, 3). segments (k, 2), track (k,) : -1 on the rim. Writes the old numbers of the first
-    nodes into real, their segments into kept (k, 2), and returns how many there are of both.
+    wanted : size of these nodes. on_rim (r, 2) : nodes there. rim (e, 2) : its edges, the core on the left of each:
+    the segments run the other way. Returns points, kind, size, angle; segments, track, t and mode.
     """
-    fixed = real.shape[0]
-    number, on_rim = np.zeros(fixed, np.int32), np.empty((fixed, 2))
+    n, k, r, e = points.shape[0], segments.shape[0], on_rim.shape[0], rim.shape[0]
+    places, kinds, sizes, angles = np.empty((n + r, 2)), np.empty(n + r, np.uint8), np.empty(n + r), np.empty(n + r)
+    for v in range(n):
+        places[v, 0], places[v, 1] = points[v, 0], points[v, 1]
+        kinds[v], sizes[v], angles[v] = kind[v], size[v], angle[v]
+    for v in range(r):
+        places[n + v, 0], places[n + v, 1] = on_rim[v, 0], on_rim[v, 1]
+        kinds[n + v], sizes[n + v], angles[n + v] = FROZEN, wanted, 180.0
+    ends, tracks = np.empty((k + e, 2), np.int32), np.empty(k + e, np.int32)
+    params, modes = np.empty((k + e, 2)), np.empty(k + e, np.uint8)
+    for s in range(k):
+        ends[s, 0], ends[s, 1], tracks[s] = segments[s, 0], segments[s, 1], track[s]
+        params[s, 0], params[s, 1], modes[s] = t[s, 0], t[s, 1], mode[s]
+    for s in range(e):
+        ends[k + s, 0], ends[k + s, 1], tracks[k + s] = n + rim[s, 1], n + rim[s, 0], -1
+        params[k + s, 0], params[k + s, 1], modes[k + s] = 0.0, 0.0, LOCKED
+    return places, kinds, sizes, angles, ends, tracks, params, modes
+
+
+@inner
+def number_rim_last(segments, track, number):
+    """Numbers (n,) of the nodes of a boundary, those on segments of no track behind the others; how many others."""
+    for v in range(number.shape[0]):
+        number[v] = 0
     for s in range(segments.shape[0]):
         if track[s] < 0:
-            number[segments[s, 0]], number[segments[s, 1]] = 1, 1
-    own, rim = 0, 0
-    for v in range(fixed):
-        if number[v]:
-            on_rim[rim, 0], on_rim[rim, 1] = points[v, 0], points[v, 1]
-            rim += 1
-        else:
-            points[own, 0], points[own, 1] = points[v, 0], points[v, 1]
-            real[own] = v
-            own += 1
+            number[segments[s, 0]] = number[segments[s, 1]] = 1
+    own = 0
+    for v in range(number.shape[0]):
+        own += 1 - number[v]
     first, last = 0, own
-    for v in range(fixed):
+    for v in range(number.shape[0]):
         if number[v]:
-            points[last, 0], points[last, 1] = on_rim[last - own, 0], on_rim[last - own, 1]
             number[v] = last
             last += 1
         else:
             number[v] = first
             first += 1
-    for t in range(triangles.shape[0]):
+    return own
+
+
+@kernel(allocates=True)
+def without_rim(points, triangles, kind, size, angle, segments, track, t, mode):
+    """A strip renumbered: the nodes of the face's own boundary, those on the rim of the core, the others.
+
+    points (n, 2), triangles (m, 3). kind, size, angle : of the nodes of both boundaries; segments (k, 2), track, t and
+    mode (k,) : track is -1 on the rim. Returns points and triangles, and the arrays of the face's own boundary alone.
+    """
+    fixed, k = kind.shape[0], 0
+    number = np.empty(fixed, np.int32)
+    own = number_rim_last(segments, track, number)
+    places, corners = np.empty_like(points), np.empty_like(triangles)
+    kinds, sizes, angles = np.empty(own, np.uint8), np.empty(own), np.empty(own)
+    for v in range(points.shape[0]):
+        w = number[v] if v < fixed else v
+        places[w, 0], places[w, 1] = points[v, 0], points[v, 1]
+        if w < own:
+            kinds[w], sizes[w], angles[w] = kind[v], size[v], angle[v]
+    for u in range(triangles.shape[0]):
         for i in range(3):
-            if triangles[t, i] < fixed:
-                triangles[t, i] = number[triangles[t, i]]
+            v = triangles[u, i]
+            corners[u, i] = number[v] if v < fixed else v
+    for s in range(track.shape[0]):
+        k += track[s] >= 0
+    ends, tracks = np.empty((k, 2), np.int32), np.empty(k, np.int32)
+    params, modes = np.empty((k, 2)), np.empty(k, np.uint8)
     k = 0
-    for s in range(segments.shape[0]):
+    for s in range(track.shape[0]):
         if track[s] >= 0:
-            kept[k, 0], kept[k, 1] = number[segments[s, 0]], number[segments[s, 1]]
+            ends[k, 0], ends[k, 1], tracks[k] = number[segments[s, 0]], number[segments[s, 1]], track[s]
+            params[k, 0], params[k, 1], modes[k] = t[s, 0], t[s, 1], mode[s]
             k += 1
-    return own, k
+    return places, corners, kinds, sizes, angles, ends, tracks, params, modes

@@ -7,14 +7,15 @@ changes and both parts fit together node by node.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fubini.model import Frame
-from fubini.pipeline._kernels_assemble import rim_last, write_strip
+from fubini.pipeline._kernels_assemble import with_rim, without_rim, write_strip
 from fubini.sampling.interior import Core
-from fubini.triangulation.value import FROZEN, LOCKED, Boundary, Triangulation
+from fubini.triangulation.value import Boundary, Triangulation
 
 Float = NDArray[np.float64]
 Int = NDArray[np.int32]
@@ -55,25 +56,16 @@ class FaceMesh:
         numbers : what the boundary nodes are called there. first : number of the first node inside.
         """
         b, n, m = len(self.boundary.points), len(self.points), len(self.triangles)
-        flat, corners = (x if x.flags.writeable else x.copy() for x in (self.points, self.triangles))
-        write_strip(frame.axes, flat, corners, numbers, first, points[: n - b], triangles[:m])
+        write_strip(
+            frame.axes, writable(self.points), writable(self.triangles), numbers, first, points[: n - b], triangles[:m]
+        )
         if self.core is not None:
             self.core.write(frame.axes, first, first + n - b, points[n - b :], triangles[m:])
 
 
 def strip_boundary(boundary: Boundary, core: Core, size: float) -> Boundary:
     """Boundary of the strip: the face's, then the rim of the core with the strip on its left."""
-    n, k, r = len(boundary.points), len(core.rim), len(core.on_rim)
-    return Boundary(
-        points=np.concatenate([boundary.points, core.on_rim]),
-        kind=np.concatenate([boundary.kind, np.full(r, FROZEN, np.uint8)]),
-        size=np.concatenate([boundary.size, np.full(r, size)]),
-        angle=np.concatenate([boundary.angle, np.full(r, 180.0)]),
-        segments=np.concatenate([boundary.segments, np.int32(n) + core.rim[:, ::-1]]),
-        track=np.concatenate([boundary.track, np.full(k, -1, np.int32)]),
-        t=np.concatenate([boundary.t, np.zeros((k, 2))]),
-        mode=np.concatenate([boundary.mode, np.full(k, LOCKED, np.uint8)]),
-    )
+    return Boundary(*with_rim(*_arrays(boundary), core.on_rim, core.rim, float(size)))
 
 
 def with_core(strip: Triangulation, core: Core | None) -> FaceMesh:
@@ -84,12 +76,17 @@ def with_core(strip: Triangulation, core: Core | None) -> FaceMesh:
     """
     if core is None:
         return FaceMesh(strip.boundary, strip.points, strip.triangles)
-    old, points, triangles = strip.boundary, np.array(strip.points), np.array(strip.triangles)
-    real, segments = np.empty(len(old.points), np.int32), np.empty_like(old.segments)
-    b, k = rim_last(points, triangles, old.segments, old.track, real, segments)
-    kept, along = real[:b], old.track >= 0
-    boundary = Boundary(
-        points[:b], old.kind[kept], old.size[kept], old.angle[kept],
-        segments[:k], old.track[along], old.t[along], old.mode[along],
-    )  # fmt: skip
-    return FaceMesh(boundary, points, triangles, core)
+    flat, corners = writable(strip.points), writable(strip.triangles)
+    points, triangles, kind, *rest = without_rim(flat, corners, *_arrays(strip.boundary)[1:])
+    return FaceMesh(Boundary(points[: len(kind)], kind, *rest), points, triangles, core)
+
+
+def _arrays(boundary: Boundary) -> list[NDArray[Any]]:
+    """The arrays of a boundary as kernels take them."""
+    b = boundary
+    return [writable(x) for x in (b.points, b.kind, b.size, b.angle, b.segments, b.track, b.t, b.mode)]
+
+
+def writable(array: NDArray[Any]) -> NDArray[Any]:
+    """The array, or a copy of one that is not to be written to: kernels are compiled for others."""
+    return array if array.flags.writeable else array.copy()
