@@ -19,7 +19,7 @@ from fubini.pipeline.strip import FaceMesh, strip_boundary, with_core
 from fubini.sampling.interior import NO_CORE, lattice_points, lattice_with_core
 from fubini.triangulation._kernels_cdt import triangulate
 from fubini.triangulation._kernels_strip import between
-from fubini.triangulation.constrained import NO_EDGES, constrained_delaunay, delaunay_around
+from fubini.triangulation.constrained import NO_EDGES, completed, constrained_delaunay, delaunay_around
 from fubini.triangulation.validate import validate
 from fubini.triangulation.value import Triangulation
 from handmade import FLAT_FRAME
@@ -168,7 +168,11 @@ def test_a_strip_is_walked_along(make, share, walked):
     if walked == "part":
         assert 0.2 * len(segments) < len(left) < 0.8 * len(segments)
         assert (left >= len(segments)).any()  # edges with a side on either part
-    triangles, neighbours = triangulate(points, segments, fixed, outer, patch.hanging)[:2]
+    found = triangulate(points, segments, fixed, outer, patch.hanging)
+    if walked == "part":
+        found = completed(points, segments, fixed, patch.hanging, *found)
+    triangles, neighbours, *_, status, rest = found
+    assert status == 0 and not len(rest)
     whole = triangulate(points, segments, fixed, len(segments), NO_EDGES)[0]
     assert {sorted_corners(t) for t in triangles} == {sorted_corners(t) for t in whole}
     if walked == "all":  # elsewhere the rim touches itself, which no boundary may

@@ -169,7 +169,7 @@ class BoundarySizing:
         ):  # fmt: skip
             return False
         n, k = len(boundary.points), len(boundary.segments)
-        triangles, neighbours, _, lost, status = triangulate(boundary.points, boundary.segments, n, k, NO_EDGES)
+        triangles, neighbours, _, lost, status, _ = triangulate(boundary.points, boundary.segments, n, k, NO_EDGES)
         if len(lost) or len(triangles) == 0 or status:
             lost = constrained_delaunay(boundary.points, boundary).unrecovered
             if last:

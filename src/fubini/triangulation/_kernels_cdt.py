@@ -13,10 +13,9 @@ from fubini._jit import inner, kernel
 from fubini._kernels_predicates import orient
 from fubini.triangulation._kernels_extract import extract
 from fubini.triangulation._kernels_order import insertion_order
-from fubini.triangulation._kernels_strip import between, put_in, twin_of
+from fubini.triangulation._kernels_strip import between
 from fubini.triangulation._kernels_topology import (
     DONE,
-    fill_vertex_triangle,
     find_edge,
     flip,
     legalise,
@@ -294,97 +293,6 @@ def enclosed(points, segments, fixed):
     return out, across, dropped, lost[:count], status
 
 
-@inner(allocates=True)
-def nodes_of_rest(ends, sewn, n):
-    """Nodes at ``ends`` (r, 2) and those in none of the triangles ``sewn``, ascending, and place (n,) among them."""
-    place = np.zeros(n, np.int32)
-    for t in range(sewn.shape[0]):
-        for i in range(3):
-            place[sewn[t, i]] = -1
-    for s in range(ends.shape[0]):
-        place[ends[s, 0]] = place[ends[s, 1]] = 0
-    nodes, count = np.empty(n, np.int32), 0
-    for v in range(n):
-        if place[v] == 0:
-            nodes[count], place[v] = v, count
-            count += 1
-    return nodes[:count], place
-
-
-@inner(allocates=True)
-def rest(points, ends, sewn, fixed):
-    """Triangulation of what the segments with ``ends`` (r, 2) enclose, all nodes in no triangle of ``sewn`` in it.
-
-    Triangles, neighbours as of ``enclosed``, nodes (d,) left out, and whether that came out.
-    """
-    nodes, place = nodes_of_rest(ends, sewn, points.shape[0])
-    some, between_some, first = np.empty((nodes.shape[0], 2)), np.empty_like(ends), 0
-    for z in range(nodes.shape[0]):
-        some[z, 0], some[z, 1] = points[nodes[z], 0], points[nodes[z], 1]
-        first += nodes[z] < fixed
-    for s in range(ends.shape[0]):
-        between_some[s, 0], between_some[s, 1] = place[ends[s, 0]], place[ends[s, 1]]
-    out, across, dropped, lost, status = enclosed(some, between_some, first)
-    d = 0  # numbers go on without what was dropped
-    for z in range(nodes.shape[0]):
-        if d < dropped.shape[0] and dropped[d] == z:
-            dropped[d] = nodes[z]
-            d += 1
-        else:
-            nodes[z - d] = nodes[z]
-    for t in range(out.shape[0]):
-        for i in range(3):
-            out[t, i] = nodes[out[t, i]]
-    return out, across, dropped, status == 0 and lost.shape[0] == 0
-
-
-@inner(allocates=True)
-def with_rest(points, segments, fixed, hanging, sewn, beside, left):
-    """Triangles ``sewn`` (m, 3), neighbours ``beside`` (m, 3), and those of what is left, see ``between``.
-
-    No triangles where that does not come out.
-    """
-    k, ends = segments.shape[0], np.empty((left.shape[0], 2), np.int32)
-    for s in range(left.shape[0]):
-        for i in range(2):
-            ends[s, i] = segments[left[s], i] if left[s] < k else hanging[left[s] - k, i]
-    more, across, dropped, fit = rest(points, ends, sewn, fixed)
-    m, count = sewn.shape[0], sewn.shape[0] + more.shape[0]
-    room = count + 2 * dropped.shape[0]
-    triangles, neighbours = np.empty((room, 3), np.int32), np.empty((room, 3), np.int32)
-    none = triangles[:0], neighbours[:0]
-    if not fit:
-        return none
-    half_edge = np.empty(hanging.shape[0], np.int64)
-    for t in range(m):
-        for i in range(3):
-            u = np.int64(beside[t, i])
-            triangles[t, i], neighbours[t, i] = sewn[t, i], u
-            if u < -k:
-                half_edge[-1 - u - k] = 3 * t + i
-    stack, waiting = np.empty(16 * room, np.int32), 0
-    for t in range(m, count):
-        for i in range(3):
-            u = across[t - m, i]
-            s = -1 if u >= 0 else left[-1 - u]
-            triangles[t, i], neighbours[t, i] = more[t - m, i], u + m if u >= 0 else -1 - s
-            if s >= k:  # hanging in the strip: the other side was sewn
-                half = half_edge[twin_of(s, k) - k]
-                neighbours[t, i], neighbours[half // 3, half % 3] = half // 3, t
-                stack[waiting] = t
-                waiting += 1
-    vertex_triangle = np.empty(points.shape[0], np.int32)
-    fill_vertex_triangle(triangles, count, vertex_triangle)
-    report, _ = legalise(points, triangles, neighbours, vertex_triangle, stack, waiting)
-    if report != DONE:
-        return none
-    for v in dropped:
-        if not put_in(points, triangles, neighbours, vertex_triangle, fixed, np.int64(v), count):
-            return none
-        count += 2
-    return triangles, neighbours
-
-
 @kernel(allocates=True)
 def triangulate(points, segments, fixed, outer, hanging):
     """Constrained Delaunay triangulation of the region on the left of the segments (k, 2) of points (n, 2).
@@ -392,19 +300,19 @@ def triangulate(points, segments, fixed, outer, hanging):
     Of the segments those from ``outer`` on are the rim of a patch, whose nodes come from ``fixed`` on; hanging (h, 2) :
     edges between these that are at least as good as any to begin with, both ways, one behind the other.
     Returns triangles (m, 3), neighbours (m, 3), dropped (d,) indices from ``fixed`` on of points left out,
-    unrecovered (u,) segments that are no edges, and a status: 0 or bits named above.
+    unrecovered (u,) segments that are no edges, a status: 0 or bits named above; and left (r,): where it is not empty
+    the triangles are a part of the whole, see ``between``.
     """
-    none = np.empty((0, 3), np.int32)
+    none, nothing = np.empty((0, 3), np.int32), np.empty(0, np.int32)
     status = refusal(points, segments)
     if status:
-        return none, none, np.empty(0, np.int32), np.empty(0, np.int32), status
+        return none, none, nothing, nothing, status, nothing
     if outer < segments.shape[0]:
         out, across, left = between(points, segments, fixed, outer, hanging)
-        if left.shape[0] > 0:
-            out, across = with_rest(points, segments, fixed, hanging, out, across, left)
         if out.shape[0] > 0:
-            return out, across, np.empty(0, np.int32), np.empty(0, np.int32), 0
-    return enclosed(points, segments, fixed)
+            return out, across, nothing, nothing, 0, left
+    out, across, dropped, lost, status = enclosed(points, segments, fixed)
+    return out, across, dropped, lost, status, nothing
 
 
 @kernel(allocates=True)

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fubini.errors import FubiniError, GeometryError, OptionError
 from fubini.triangulation._kernels_cdt import NOT_A_POINT, NOT_DELAUNAY, NOT_FINITE, glue, triangulate
+from fubini.triangulation._kernels_rest import cut_out, fit_in
 from fubini.triangulation.value import Boundary, Patch, Triangulation
 
 #: Edges between nodes of a patch, where there is none.
@@ -41,7 +44,7 @@ def constrained_delaunay(points: ArrayLike, boundary: Boundary) -> Triangulation
     if xy.ndim != 2 or xy.shape[1:] != (2,) or len(xy) < max(fixed, 3):
         raise OptionError(f"points must be (n, 2) with n >= {max(fixed, 3)}, not {xy.shape}")
     segments = np.array(boundary.segments, np.int32, order="C")
-    triangles, neighbours, dropped, unrecovered, status = triangulate(xy, segments, fixed, len(segments), NO_EDGES)
+    triangles, neighbours, dropped, unrecovered, status, _ = triangulate(xy, segments, fixed, len(segments), NO_EDGES)
     if status & NOT_FINITE:
         raise OptionError("points must be finite")
     if status & NOT_A_POINT:
@@ -69,7 +72,10 @@ def delaunay_around(points: NDArray[np.float64], boundary: Boundary, outer: Boun
     fixed, k = len(outer.points), len(outer.segments)
     rest = np.concatenate([outer.points, points[patch.nodes]])
     segments = np.concatenate([outer.segments, patch.edges])
-    triangles, neighbours, dropped, unrecovered, status = triangulate(rest, segments, fixed, k, patch.hanging)
+    found = triangulate(rest, segments, fixed, k, patch.hanging)
+    if len(found[-1]):
+        found = completed(rest, segments, fixed, patch.hanging, *found)
+    triangles, neighbours, dropped, unrecovered, status, _ = found
     if status or len(dropped) or len(unrecovered):
         return constrained_delaunay(points, boundary)
     triangles, neighbours = glue(
@@ -78,3 +84,24 @@ def delaunay_around(points: NDArray[np.float64], boundary: Boundary, outer: Boun
     for array in (points, triangles, neighbours):
         array.flags.writeable = False
     return Triangulation(points, triangles, neighbours, boundary)
+
+
+def completed(
+    points: NDArray[np.float64],
+    segments: NDArray[np.int32],
+    fixed: int,
+    hanging: NDArray[np.int32],
+    sewn: NDArray[np.int32],
+    beside: NDArray[np.int32],
+    *others: Any,
+) -> Any:
+    """``triangulate`` of a strip of which a part was sewn: what is left by itself, or all of it where that fails."""
+    *_, left = others
+    nodes, some, ends, first = cut_out(points, segments, fixed, hanging, sewn, left)
+    more, across, dropped, lost, status, _ = triangulate(some, ends, first, len(ends), NO_EDGES)
+    if status == 0 and not len(lost):
+        rows = len(segments), len(hanging)
+        triangles, neighbours = fit_in(points, fixed, *rows, sewn, beside, left, nodes, more, across, dropped)
+        if len(triangles):
+            return triangles, neighbours, *others[:-1], left[:0]
+    return triangulate(points, segments, fixed, len(segments), NO_EDGES)
