@@ -9,7 +9,8 @@ import numpy as np
 from fubini.curves import BSpline, CircularArc, Curve, Line
 from fubini.model import Edge, Face, Frame, Model
 from fubini.region import Loop, Region
-from fubini.sampling.boundary import BoundarySizing, EdgeNodes, Network, Outline, SizeOptions
+from fubini.sampling.boundary import BoundarySizing, EdgeNodes, Outline, SizeOptions
+from fubini.sampling.network import Network
 from fubini.triangulation.value import Boundary
 
 TURN = 2 * math.pi

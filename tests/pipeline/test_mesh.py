@@ -15,7 +15,8 @@ from fubini.errors import GeometryError, OptionError
 from fubini.pipeline.faces import whole
 from fubini.pipeline.options import MeshOptions
 from fubini.quality import areas
-from fubini.sampling.boundary import BoundarySizing, Network, Outline, SizeOptions
+from fubini.sampling.boundary import BoundarySizing, Outline, SizeOptions
+from fubini.sampling.network import Network
 from fubini.triangulation.constrained import constrained_delaunay
 from random_regions import random_region
 

@@ -11,7 +11,8 @@ import regions
 from fubini.curves import Bezier, Line
 from fubini.errors import GeometryError
 from fubini.region import Region
-from fubini.sampling.boundary import BoundarySizing, Network, Outline, SizeOptions
+from fubini.sampling.boundary import BoundarySizing, Outline, SizeOptions
+from fubini.sampling.network import Network
 from fubini.tracks import evaluate
 from fubini.triangulation.constrained import constrained_delaunay
 from fubini.triangulation.value import CORNER, Boundary

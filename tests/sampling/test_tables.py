@@ -12,7 +12,8 @@ from fubini.curves import CircularArc, EllipticalArc, Line
 from fubini.region import Region
 from fubini.sampling import tables
 from fubini.sampling._kernels_boundary import find_moved
-from fubini.sampling.boundary import Network, Outline, sample_track
+from fubini.sampling.boundary import Outline, sample_track
+from fubini.sampling.network import Network
 from fubini.sampling.tables import EdgeTables, SizeOptions
 from regions import discretise
 

@@ -30,7 +30,8 @@ from fubini.pipeline.points import with_points
 from fubini.pipeline.sizes import face_sizes, size_options
 from fubini.region import Region
 from fubini.result import Certificate, FaceCertificate, Mesh
-from fubini.sampling.boundary import BoundarySizing, Network, Outline
+from fubini.sampling.boundary import BoundarySizing, Outline
+from fubini.sampling.network import Network
 from fubini.tracks import evaluate
 
 #: Triangles from which on judging a face is worth a thread.

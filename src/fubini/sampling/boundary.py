@@ -285,4 +285,4 @@ def welded(boundary: Boundary, inner: int) -> Boundary:
     )  # fmt: skip
 
 
-__all__ = ["BoundarySizing", "EdgeNodes", "Network", "Outline", "SizeOptions", "sample_track"]
+__all__ = ["BoundarySizing", "EdgeNodes", "Outline", "SizeOptions", "sample_track"]
