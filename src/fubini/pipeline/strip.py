@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fubini.model import Frame
+from fubini.optimise.state import writable
 from fubini.pipeline._kernels_assemble import with_rim, without_rim, write_strip
 from fubini.sampling.interior import Core
 from fubini.triangulation.value import Boundary, Triangulation
@@ -56,9 +57,8 @@ class FaceMesh:
         numbers : what the boundary nodes are called there. first : number of the first node inside.
         """
         b, n, m = len(self.boundary.points), len(self.points), len(self.triangles)
-        write_strip(
-            frame.axes, writable(self.points), writable(self.triangles), numbers, first, points[: n - b], triangles[:m]
-        )
+        flat, corners = writable(self.points, float), writable(self.triangles, np.int32)
+        write_strip(frame.axes, flat, corners, numbers, first, points[: n - b], triangles[:m])
         if self.core is not None:
             self.core.write(frame.axes, first, first + n - b, points[n - b :], triangles[m:])
 
@@ -76,7 +76,7 @@ def with_core(strip: Triangulation, core: Core | None) -> FaceMesh:
     """
     if core is None:
         return FaceMesh(strip.boundary, strip.points, strip.triangles)
-    flat, corners = writable(strip.points), writable(strip.triangles)
+    flat, corners = writable(strip.points, float), writable(strip.triangles, np.int32)
     points, triangles, kind, *rest = without_rim(flat, corners, *_arrays(strip.boundary)[1:])
     return FaceMesh(Boundary(points[: len(kind)], kind, *rest), points, triangles, core)
 
@@ -84,9 +84,4 @@ def with_core(strip: Triangulation, core: Core | None) -> FaceMesh:
 def _arrays(boundary: Boundary) -> list[NDArray[Any]]:
     """The arrays of a boundary as kernels take them."""
     b = boundary
-    return [writable(x) for x in (b.points, b.kind, b.size, b.angle, b.segments, b.track, b.t, b.mode)]
-
-
-def writable(array: NDArray[Any]) -> NDArray[Any]:
-    """The array, or a copy of one that is not to be written to: kernels are compiled for others."""
-    return array if array.flags.writeable else array.copy()
+    return [writable(x, x.dtype.type) for x in (b.points, b.kind, b.size, b.angle, b.segments, b.track, b.t, b.mode)]
