@@ -15,7 +15,7 @@ from fubini import _kernels_shipped as shipped
 from fubini import _turns
 from fubini._reference import KINDS
 from fubini.measure import compare_with_curves, measure
-from fubini.optimise import OptimiseOptions, even_out, refine, smooth
+from fubini.optimise import OptimiseOptions
 from fubini.optimise._kernels_rescue import rescue
 from fubini.optimise._kernels_state import BUDGET, State, work
 from fubini.optimise.loop import run
@@ -77,9 +77,7 @@ def compile_all() -> None:
     options = OptimiseOptions()
     state = by_hand(start, tracks, options)
     run(state, work(), options)
-    smooth(start)
     read_state(state, start)
-    even_out(start, options)
     points = np.column_stack([SQUARE, np.zeros(5)])
     plane = np.zeros(3), np.array([0.0, 0.0, 1.0])
     segments = start.boundary.segments
@@ -88,7 +86,6 @@ def compile_all() -> None:
     compare_with_curves(points, segments, np.repeat(points[segments[:, :1]], 3, 1))
     for kernel, kinds in LATER:
         kernel.compile(tuple(_kind(text) for text in kinds.split()))
-    refine(start, tracks, 1.0, 0.5)
     rescue(by_hand(start, tracks, options).words, work().words, 0)
 
 

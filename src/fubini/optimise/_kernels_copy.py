@@ -7,13 +7,19 @@ import math
 import numpy as np
 
 from fubini._jit import inner, kernel
+from fubini.optimise._kernels_even import even_out
 from fubini.optimise._kernels_state import NODES, RANDOM, REMOVED, SEGMENTS, TRIANGLES
 from fubini.optimise._kernels_words import state_of
 
 
 @inner
 def derive(S, size, angle, most, acute, unavoidable):
-    """See ``prepare``."""
+    """Set kind and sizes, mark sharp corners and fill ``tri_of`` for the first NODES nodes of a state.
+
+    size : wanted edge length at the first nodes; at the interior nodes behind them it becomes ``most`` or, where that
+    is infinite, the mean length of the edges there. angle : interior angle in degrees at the first nodes, those of the
+    boundary; corners below ``acute`` are marked 2, below ``unavoidable`` 1.
+    """
     n, given = S.counts[NODES], size.shape[0]
     for v in range(n):
         S.stack[v] = 0
@@ -41,24 +47,12 @@ def derive(S, size, angle, most, acute, unavoidable):
             S.size[v] /= S.stack[v]
 
 
-@kernel
-def prepare(S, size, angle, most, acute, unavoidable):
-    """Set kind and sizes, mark sharp corners and fill ``tri_of`` for the first NODES nodes of a state.
-
-    size : wanted edge length at the first nodes; at the interior nodes behind them it becomes ``most`` or, where that
-    is infinite, the mean length of the edges there. angle : interior angle in degrees at the first nodes, those of the
-    boundary; corners below ``acute`` are marked 2, below ``unavoidable`` 1.
-    """
-    derive(state_of(S), size, angle, most, acute, unavoidable)
-
-
-@kernel
-def fill(S, points, triangles, neighbours, kind, track, t, mode, seed, size, angle, most, acute, unavoidable):
-    """Write a triangulation into a state with room for it, and ``prepare`` it; whatever was there before is forgotten.
+@inner
+def fill(S, points, triangles, neighbours, kind, track, t, mode, seed):
+    """Write a triangulation into a state with room for it; whatever was there before is forgotten.
 
     kind, angle : of the boundary nodes. track, t, mode : of the segments.
     """
-    S = state_of(S)
     S.counts[:] = 0
     S.mark[:] = 0
     S.moved[:] = 0
@@ -75,7 +69,6 @@ def fill(S, points, triangles, neighbours, kind, track, t, mode, seed, size, ang
     for s in range(k):
         S.track[s], S.mode[s] = track[s], mode[s]
         S.t[s, 0], S.t[s, 1] = t[s, 0], t[s, 1]
-    derive(S, size, angle, most, acute, unavoidable)
 
 
 @inner(allocates=True)
@@ -131,12 +124,13 @@ def number_triangles(S, track, t, mode):
 
 
 @kernel(allocates=True)
-def read_out(S, angle, mode):
-    """The mesh of a state as arrays, numbered without gaps, boundary nodes first.
+def read_out(S, angle, mode, limit, kept):
+    """The mesh of a state as arrays, numbered without gaps, boundary nodes first, and evened out.
 
-    angle (n,), mode (k,) : those of the boundary nodes and segments that the state started with. Returns points,
-    triangles, neighbours; kind, size and angle of the boundary nodes; ends, track, t and mode of the segments; and the
-    numbers of the segments that start at a new node and may only be split.
+    angle (n,), mode (k,) : those of the boundary nodes and segments that the state started with. limit, kept : see
+    ``even_out``. Returns points, triangles, neighbours; kind, size and angle of the boundary nodes; ends, track, t and
+    mode of the segments; the numbers of the segments that start at a new node and may only be split; and what
+    ``even_out`` does.
     """
     S = state_of(S)
     number, rim, nodes = number_nodes(S)
@@ -168,4 +162,8 @@ def read_out(S, angle, mode):
     for s in range(mode.shape[0]):
         if segment[s] >= 0:
             state[segment[s]] = mode[s]
-    return points, triangles, neighbours, kind, size, opening, ends, track[:k], t[:k], state[:k], fresh[:found]
+    moves, left, square = even_out(points, triangles, neighbours, rim, limit, kept)
+    return (
+        points, triangles, neighbours, kind, size, opening, ends, track[:k], t[:k], state[:k], fresh[:found],
+        moves, left, square,
+    )  # fmt: skip

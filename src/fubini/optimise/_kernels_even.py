@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from fubini._jit import inner, kernel
+from fubini._jit import inner
 
 #: share of the limit from which on pairs count, so that they keep a distance from it
 FROM = 0.97
@@ -194,16 +194,19 @@ def count_uneven(nbr, limit, size):
     return found
 
 
-@kernel(allocates=True)
-def even_out(points, tri, nbr, fixed, limit, kept, size, stamp, failed):
+@inner(allocates=True)
+def even_out(points, tri, nbr, fixed, limit, kept):
     """Move the nodes from ``fixed`` on of pairs that differ by more than ``limit``.
 
     Returns the number of moves, and as it is then: the pairs left above the limit, the square of the longest edge.
     points (n, 2) is changed in place. kept (r,) : shapes, (Lmax^2 - Lmin^2) / 4 A, to which no objection is made in
-    each of r rounds. Scratch: sizes (m,); stamp (m,) int32, zero: the move that last changed a triangle; failed
-    (n - fixed,) int32: the moves made when a node last stayed where it was.
+    each of r rounds; without rounds nothing is looked at.
     """
+    if kept.shape[0] == 0:
+        return 0, 0, 0.0
     fan, star = np.empty(MOST, np.int64), np.empty((MOST + 1, 6))
+    size, stamp = np.empty(tri.shape[0]), np.zeros(tri.shape[0], np.int32)  # the move that last changed a triangle
+    failed = np.empty(points.shape[0] - fixed, np.int32)  # moves made when a node last stayed where it was
     total, longest = 0, survey(points, tri, size)
     for turn in range(kept.shape[0]):
         uneven = 0

@@ -13,7 +13,9 @@ from fubini.optimise._kernels_state import (
     ATTEMPTS,
     BEFORE,
     BUDGET,
+    DONE,
     EXCESS,
+    FULL,
     HARD,
     KICK,
     LEVEL,
@@ -24,14 +26,14 @@ from fubini.optimise._kernels_state import (
     RANDOM,
     SEGMENTS,
     SOFT,
+    SPENT,
+    STUCK,
     TRIANGLES,
 )
 from fubini.optimise._kernels_words import state_of, work_of
 
 #: a move is made when the cost falls by more than this
 FALL = 0.01
-#: what ``drive`` reports: nothing flawed, some left, no room in the arrays, budget spent
-DONE, STUCK, FULL, SPENT = 0, 1, 2, 3
 #: what ``drive`` does
 MEND, COUNT, RELAX, DISTURB, WHOLE, POLISH = range(6)
 

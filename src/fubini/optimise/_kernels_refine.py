@@ -9,11 +9,9 @@ from __future__ import annotations
 
 import math
 
-from fubini._jit import inner, kernel
+from fubini._jit import inner
 from fubini.optimise._kernels_cavity import local, new_node
-from fubini.optimise._kernels_loop import DONE, FULL
-from fubini.optimise._kernels_state import INSERTED, NODES, QUEUED, STAMP, TRIANGLES
-from fubini.optimise._kernels_words import state_of, work_of
+from fubini.optimise._kernels_state import DONE, FULL, INSERTED, NODES, QUEUED, STAMP, TRIANGLES
 from fubini.triangulation._kernels_topology import legalise, locate, split_triangle
 
 ROOT3 = math.sqrt(3.0)
@@ -241,14 +239,13 @@ def grade(S, h, gradient):
             break
 
 
-@kernel
+@inner
 def advance(S, W, h, gradient, limit):
     """Insert points from the boundary inwards until no triangle is oversize. DONE or FULL.
 
     ``S.size`` holds the sizes wanted at the nodes; interior ones are lowered to the gradient first. A second pass takes
     every edge for the front, where the first found no room.
     """
-    S, W = state_of(S), work_of(W)
     grade(S, h, gradient)
     for turn in range(2):
         S.counts[QUEUED] = 0

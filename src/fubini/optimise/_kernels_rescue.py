@@ -13,10 +13,10 @@ import math
 from fubini._jit import inner, kernel
 from fubini.optimise._kernels_cavity import local, replace
 from fubini.optimise._kernels_fill import PROGRAMME
-from fubini.optimise._kernels_loop import DONE, FULL, STUCK, keep, room
+from fubini.optimise._kernels_loop import keep, room
 from fubini.optimise._kernels_quality import is_flawed
 from fubini.optimise._kernels_refine import circle, conflicts, insert_point
-from fubini.optimise._kernels_state import LIMIT, QUEUED, REFINEMENT
+from fubini.optimise._kernels_state import DONE, FULL, LIMIT, QUEUED, REFINEMENT, STUCK
 from fubini.optimise._kernels_words import state_of, work_of
 from fubini.triangulation._kernels_topology import locate
 

@@ -15,11 +15,10 @@ from __future__ import annotations
 
 import math
 
-from fubini._jit import inner, kernel
+from fubini._jit import inner
 from fubini.optimise._kernels_degrees import even_degrees
 from fubini.optimise._kernels_slide import load_fan, may_slide, newton_along, place_along, put_along
 from fubini.optimise._kernels_state import NODES, TRIANGLES
-from fubini.optimise._kernels_words import state_of, work_of
 from fubini.triangulation._kernels_topology import edge_is_illegal, flip
 
 ROOT3 = math.sqrt(3.0)
@@ -264,17 +263,18 @@ def flip_all(points, tri, nbr, m, at, awake, stack):
     return flips
 
 
-@kernel
-def smooth(S, W, fixed, rounds, degree, awake, sides):
+@inner
+def smooth(S, W, fixed, rounds):
     """Move nodes and flip edges to be Delaunay again, ``rounds`` times; moves, flips and splits made.
 
     The first ``fixed`` nodes lie on the boundary and move from the second round on. Between the first two rounds flips
-    and splits even out the number of triangles at nodes (``even_degrees``). Nothing may have been removed.
-    awake (N,) uint8, sides (fixed, 4) : zeros. Scratch: degree (N,) int32, for N nodes at most.
+    and splits even out the number of triangles at nodes (``even_degrees``). Nothing may have been removed. Scratch, of
+    what the moves fill anew: ``S.low`` for nodes that are awake, ``S.queue`` for their degrees, ``S.key``.
     """
-    S, W = state_of(S), work_of(W)
-    points, tri, nbr, at = S.points, S.tri, S.nbr, S.tri_of
-    total = 0
+    points, tri, nbr, at, n = S.points, S.tri, S.nbr, S.tri_of, S.points.shape[0]
+    total, awake = 0, S.low[:n]
+    for v in range(n):
+        awake[v] = 0
     if not survey(points, tri, S.counts[TRIANGLES], at, awake):
         return 0
     for turn in range(rounds):
@@ -287,5 +287,9 @@ def smooth(S, W, fixed, rounds, degree, awake, sides):
             break
         total += done + flip_all(points, tri, nbr, S.counts[TRIANGLES], at, awake, S.stack)
         if turn == 0 and rounds > 1:
-            total += even_degrees(S, W, degree, sides, awake)
+            sides = S.key[: 4 * fixed].reshape((fixed, 4))
+            for v in range(fixed):
+                for i in range(4):
+                    sides[v, i] = 0.0
+            total += even_degrees(S, W, S.queue[:n], sides, awake)
     return total

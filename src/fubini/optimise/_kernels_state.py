@@ -35,6 +35,11 @@ MOVES = (
 )
 RELOCATION, SLIDE, FLIP, INSERTION, DELETION, SPLIT, REMOVAL, COLLAPSE, PATCH, KICK, REFINEMENT = range(16, 27)
 
+# what a step reports: nothing flawed, some left, no room in the arrays, budget spent
+DONE, STUCK, FULL, SPENT = range(4)
+# tasks of ``_kernels_start.start``, to be added up
+FILL, ADVANCE, SMOOTH, PREPARE = 1, 2, 4, 8
+
 # entries of State.rule
 SOFT, HARD, AR, WEIGHT, SAG, STRETCH, WAIVED = range(7)
 

@@ -41,14 +41,20 @@ class Trial:
     excess: float
 
 
-def level(outcome: OptimiseOutcome, tracks: Tracks, options: OptimiseOptions) -> tuple[OptimiseOutcome, float]:
-    """``even_out``, then ``levelled`` where that leaves something to do and nothing is flawed; the longest edge."""
-    even, left, longest = evened(outcome.triangulation, options)
+def level(
+    outcome: OptimiseOutcome, tracks: Tracks, options: OptimiseOptions, even: tuple[int, float] | None = None
+) -> tuple[OptimiseOutcome, float]:
+    """``even_out``, then ``levelled`` where that leaves something to do and nothing is flawed; the longest edge.
+
+    even : where the outcome is evened out already, the pairs left above the limit and the longest edge.
+    """
+    mesh = outcome.triangulation
+    mesh, left, longest = evened(mesh, options) if even is None else (mesh, *even)
     if left and not outcome.excess:
-        better = levelled(even, tracks, options)
-        if better is not even:
-            even, longest = better, float(_sizes(better.points, better.triangles)[2].max())
-    return outcome if even is outcome.triangulation else outcome.on(even), longest
+        better = levelled(mesh, tracks, options)
+        if better is not mesh:
+            mesh, longest = better, float(_sizes(better.points, better.triangles)[2].max())
+    return outcome if mesh is outcome.triangulation else outcome.on(mesh), longest
 
 
 def levelled(triangulation: Triangulation, tracks: Tracks, options: OptimiseOptions) -> Triangulation:

@@ -13,17 +13,21 @@ from fubini.optimise._kernels_state import (
     BUDGET,
     EXCESS,
     FIRST_MOVE,
+    FULL,
     INSERTED,
     MOVES,
     QUEUED,
+    SPENT,
+    STUCK,
     TRIANGLES,
     State,
     Work,
 )
 from fubini.optimise.options import OptimiseOptions, OptimiseOutcome
 from fubini.optimise.refine import advanced
-from fubini.optimise.smooth import smooth_state
-from fubini.optimise.state import build_state, copy_of, extend_state, prepare_state, read_state, scratch_space
+from fubini.optimise.smooth import ROUNDS as SMOOTHINGS
+from fubini.optimise.smooth import kept_shapes
+from fubini.optimise.state import ReadOut, build_state, copy_of, extend_state, read_state, scratch_space
 from fubini.tracks import Tracks
 from fubini.triangulation.value import Triangulation
 
@@ -42,7 +46,9 @@ def optimise(triangulation: Triangulation, tracks: Tracks, options: OptimiseOpti
     """
     options = options or OptimiseOptions()
     spare = 200 + len(triangulation.points) // 8
-    return _finish(build_state(triangulation, tracks, options, spare), scratch_space(), triangulation, options)
+    state = _driven(build_state(triangulation, tracks, options, spare), options)
+    changed = state.counts[INSERTED] > 0 or state.counts[FIRST_MOVE:].any()
+    return _outcome(state, read_state(state, triangulation) if changed else ReadOut(triangulation))
 
 
 def refine_and_optimise(
@@ -52,43 +58,34 @@ def refine_and_optimise(
     gradient: float,
     options: OptimiseOptions,
     size: ArrayLike | None = None,
-) -> OptimiseOutcome:
-    """``refine``, ``smooth`` and ``optimise`` one after the other, with no copy in between."""
-    scratch = scratch_space()
-    state = advanced(triangulation, tracks, h, gradient, size, options, scratch, passing=True)
-    smoothed = smooth_state(state, len(triangulation.boundary.points)) > 0
-    prepare_state(state, triangulation.boundary, options.min_skew)
-    return _finish(state, scratch, triangulation, options, smoothed)
+) -> tuple[OptimiseOutcome, tuple[int, float]]:
+    """``refine``, ``smooth``, ``optimise`` and ``even_out`` one after the other, with no copy in between.
 
-
-def _finish(
-    state: State, scratch: Work, start: Triangulation, options: OptimiseOptions, changed: bool = False
-) -> OptimiseOutcome:
-    """Optimise a state that came from ``start`` and has its effort still before it, and read it out.
-
-    ``changed`` : the state is no longer ``start``, even where nothing was inserted.
+    The outcome, and what ``level`` asks of one that is evened out: pairs left above the limit, and the longest edge.
     """
+    state, _ = advanced(triangulation, tracks, h, gradient, size, options, SMOOTHINGS)
+    state = _driven(state, options)
+    found = read_state(state, triangulation, options.growth, kept_shapes(options))
+    return _outcome(state, found), (found.left, found.longest)
+
+
+def _driven(state: State, options: OptimiseOptions) -> State:
+    """A state that has its effort still before it, optimised."""
     state.counts[BUDGET] = options.budget_of(int(state.counts[TRIANGLES]))
-    state = run(state, scratch, options)
-    counts = state.counts
-    result: Triangulation = start
-    splits: tuple[tuple[int, float], ...] = ()
-    if changed or counts[INSERTED] > 0 or counts[FIRST_MOVE:].any():
-        result, splits = read_state(state, start)
-    worst: list[list[float]] = []
-    if counts[EXCESS]:
-        worst = state.points[state.tri[state.low[: counts[EXCESS]]]].mean(1).tolist()
+    return run(state, scratch_space(), options)
+
+
+def _outcome(state: State, found: ReadOut) -> OptimiseOutcome:
+    """What came of an optimised state, as it was read out."""
+    counts = state.counts.tolist()
+    excess, worst = counts[EXCESS], []
+    if excess:
+        worst = state.points[state.tri[state.low[:excess]]].mean(1).tolist()
     return OptimiseOutcome(
-        result,
-        dict(zip(MOVES, counts[FIRST_MOVE:].tolist(), strict=False)),
-        int(counts[BEFORE]),
-        int(counts[AFTER]),
-        int(counts[EXCESS]),
-        splits,
-        bool(counts[EXCESS] and counts[ATTEMPTS] > counts[BUDGET]),
-        tuple((x, y) for x, y in worst),
-        int(counts[ATTEMPTS]),
-    )
+        found.mesh, dict(zip(MOVES, counts[FIRST_MOVE:], strict=False)), counts[BEFORE], counts[AFTER], excess,
+        found.splits, excess > 0 and counts[ATTEMPTS] > counts[BUDGET], tuple((x, y) for x, y in worst),
+        counts[ATTEMPTS],
+    )  # fmt: skip
 
 
 def improvement_goal(options: OptimiseOptions) -> float:
@@ -99,7 +96,7 @@ def improvement_goal(options: OptimiseOptions) -> float:
 
 def run(state: State, scratch: Work, options: OptimiseOptions) -> State:
     """Descend, search with kicks, refine and search again, polish; the state may move to larger arrays."""
-    from fubini.optimise._kernels_loop import FULL, POLISH, STUCK, WHOLE, drive
+    from fubini.optimise._kernels_loop import POLISH, WHOLE, drive
 
     goal = improvement_goal(options)
     status, _ = drive(state.words, scratch.words, WHOLE, 2, goal, options.improve)
@@ -132,7 +129,7 @@ def descend(state: State, scratch: Work) -> tuple[State, int]:
 
     The state may move to larger arrays.
     """
-    from fubini.optimise._kernels_loop import FULL, MEND
+    from fubini.optimise._kernels_loop import MEND
 
     while (status := step(state, scratch, MEND)[0]) == FULL:
         state = extend_state(state, 2 * len(state.points))
@@ -141,7 +138,7 @@ def descend(state: State, scratch: Work) -> tuple[State, int]:
 
 def refine_flaws(state: State, scratch: Work) -> tuple[State, int]:
     """Delaunay refinement at what is flawed, then moves again; the better of the states before and after."""
-    from fubini.optimise._kernels_loop import COUNT, FULL, STUCK
+    from fubini.optimise._kernels_loop import COUNT
     from fubini.optimise._kernels_rescue import rescue
 
     before, after = copy_of(state), FULL
@@ -158,7 +155,7 @@ def refine_flaws(state: State, scratch: Work) -> tuple[State, int]:
 
 def search(state: State, scratch: Work, rounds: int, patience: int) -> tuple[State, int]:
     """Relax, disturb and descend in turns, until nothing is flawed or ``rounds`` are over. (best state seen, status)"""
-    from fubini.optimise._kernels_loop import COUNT, DISTURB, FULL, RELAX, SPENT, STUCK
+    from fubini.optimise._kernels_loop import COUNT, DISTURB, RELAX
 
     best, stale = copy_of(state), 0
     reached, lowest = step(state, scratch, COUNT)

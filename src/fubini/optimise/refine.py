@@ -6,14 +6,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from fubini.errors import OptionError
-from fubini.optimise._kernels_state import INSERTED, NODES, TRIANGLES, State, Work
+from fubini.optimise._kernels_state import ADVANCE, FILL, FULL, INSERTED, NODES, PREPARE, SMOOTH, TRIANGLES, State
 from fubini.optimise.options import OptimiseOptions
-from fubini.optimise.state import build_state, extend_state, scratch_space
+from fubini.optimise.state import extend_state, new_state, started
 from fubini.tracks import Tracks
 from fubini.triangulation.value import Triangulation
-
-#: circumradius times sqrt(3) over the wanted size above which a triangle gets a point
-LIMIT = 1.25
 
 
 def refine(
@@ -41,8 +38,7 @@ def refine(
     -------
     The triangulation, the new points behind the old ones.
     """
-    options = OptimiseOptions()
-    state = advanced(triangulation, tracks, h, gradient, size, options, scratch_space())
+    state, _ = advanced(triangulation, tracks, h, gradient, size, OptimiseOptions())
     n, m = int(state.counts[NODES]), int(state.counts[TRIANGLES])
     if state.counts[INSERTED] == 0:
         return triangulation
@@ -62,20 +58,20 @@ def advanced(
     gradient: float,
     size: ArrayLike | None,
     options: OptimiseOptions,
-    scratch: Work,
-    passing: bool = False,
-) -> State:
+    rounds: int = 0,
+) -> tuple[State, int]:
     """The state that holds the refined triangulation; nothing of it is removed or renumbered.
 
-    ``passing`` : see ``build_state``.
+    With ``rounds`` smoothed so many times, and ready for the moves: sizes inside are then mean lengths of edges, the
+    state is one that passes (``new_state``). How many changes smoothing made comes second.
     """
-    from fubini.optimise._kernels_loop import FULL
-    from fubini.optimise._kernels_refine import advance
-
     if not (h > 0.0 and gradient > 0.0):
         raise OptionError(f"size {h} and gradient {gradient} must be positive")
     sizes = None if size is None else np.array(size, float)
-    state = build_state(triangulation, tracks, options, len(triangulation.points) + 500, sizes, float(h), passing)
-    while advance(state.words, scratch.words, float(h), float(gradient), LIMIT) == FULL:
+    state = new_state(triangulation, tracks, options, len(triangulation.points) + 500, passing=rounds > 0)
+    todo = ADVANCE | SMOOTH | PREPARE if rounds else ADVANCE
+    status, changes = started(state, triangulation, options, FILL | todo, h, sizes, gradient, rounds)
+    while status == FULL:
         state = extend_state(state, 2 * len(state.points))
-    return state
+        status, changes = started(state, triangulation, options, todo, h, sizes, gradient, rounds)
+    return state, changes

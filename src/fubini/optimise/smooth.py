@@ -11,9 +11,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from fubini.optimise._kernels_state import State
+from fubini.optimise._kernels_state import FILL, SMOOTH
 from fubini.optimise.options import OptimiseOptions, implied_aspect_ratio
-from fubini.optimise.state import build_state, read_state, scratch_space
+from fubini.optimise.state import build_state, new_state, read_state, started
 from fubini.tracks import NO_TRACKS, Tracks
 from fubini.triangulation.value import Triangulation
 
@@ -33,20 +33,11 @@ def smooth(triangulation: Triangulation, tracks: Tracks | None = None, rounds: i
     segments belong to this face alone, and not at all without ``tracks``. Splits give a triangle more to nodes that
     have too few for their angle (see ``_kernels_degrees``). The work is in proportion to the number of triangles.
     """
-    boundary, options = triangulation.boundary, OptimiseOptions(allow_splits=tracks is not None)
-    state = build_state(triangulation, NO_TRACKS if tracks is None else tracks, options, SPARE)
-    if not smooth_state(state, len(boundary.points), rounds):
+    options = OptimiseOptions(allow_splits=tracks is not None)
+    state = new_state(triangulation, NO_TRACKS if tracks is None else tracks, options, SPARE)
+    if not started(state, triangulation, options, FILL | SMOOTH, rounds=rounds)[1]:
         return triangulation
-    return read_state(state, triangulation)[0]
-
-
-def smooth_state(state: State, fixed: int, rounds: int = ROUNDS) -> int:
-    """The same on a state of which nothing was removed, its first ``fixed`` nodes on the boundary; changes made."""
-    from fubini.optimise._kernels_smooth import smooth
-
-    n = len(state.points)
-    scratch = np.empty(n, np.int32), np.zeros(n, np.uint8), np.zeros((fixed, 4))
-    return int(smooth(state.words, scratch_space().words, fixed, rounds, *scratch))
+    return read_state(state, triangulation).mesh
 
 
 def even_out(triangulation: Triangulation, options: OptimiseOptions) -> Triangulation:
@@ -60,27 +51,23 @@ def even_out(triangulation: Triangulation, options: OptimiseOptions) -> Triangul
 
 def evened(triangulation: Triangulation, options: OptimiseOptions) -> tuple[Triangulation, int, float]:
     """``even_out``, then the number of pairs left that differ by more than the limit, and the longest edge."""
-    from fubini.optimise._kernels_even import even_out as even
-
-    fixed, n, m = len(triangulation.boundary.points), len(triangulation.points), len(triangulation.triangles)
-    points = np.array(triangulation.points)
-    given = triangulation.triangles, triangulation.neighbours
-    triangles, neighbours = (array if array.flags.writeable else array.copy() for array in given)
-    scratch = np.empty(m), np.zeros(m, np.int32), np.empty(n - fixed, np.int32)
-    moves, left, square = even(points, triangles, neighbours, fixed, options.growth, _kept(options), *scratch)
-    if moves:
+    state = build_state(triangulation, NO_TRACKS, options, 0, passing=True)
+    found = read_state(state, triangulation, options.growth, kept_shapes(options))
+    if found.moves:
         old = triangulation
-        triangulation = Triangulation(points, old.triangles, old.neighbours, old.boundary, old.unrecovered, old.dropped)
-    return triangulation, left, math.sqrt(square)
+        triangulation = Triangulation(
+            found.mesh.points, old.triangles, old.neighbours, old.boundary, old.unrecovered, old.dropped
+        )
+    return triangulation, found.left, found.longest
 
 
 def least_kept(options: OptimiseOptions) -> float:
     """Shape, (Lmax^2 - Lmin^2) / 4 A, of the worst triangle that evening out makes."""
-    return float(_kept(options)[-1])
+    return float(kept_shapes(options)[-1])
 
 
 @functools.lru_cache(maxsize=16)
-def _kept(options: OptimiseOptions) -> NDArray[np.float64]:
+def kept_shapes(options: OptimiseOptions) -> NDArray[np.float64]:
     """Cotangents of the skewness below which evening out brings no triangle, in each of its rounds.
 
     At least so much that a triangle is within both bounds of the options, with a margin.

@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import math
 import threading
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 from fubini.optimise._kernels_state import (
     AR,
     ATTEMPTS,
+    FILL,
     HARD,
     LOW,
     NODES,
@@ -37,6 +39,9 @@ MARGIN = 4e-3
 #: nodes and boundary segments, and half the triangles, that arrays kept from one state to the next have room for
 ROOMS = 2048, 8192, 32768
 
+#: circumradius times sqrt(3) over the wanted size above which a triangle gets a point
+OVERSIZE = 1.25
+
 #: corners below this (degrees) are filled by one triangle; marked so in ``State.sharp``
 ACUTE = 50.0
 
@@ -55,6 +60,23 @@ def rule_of(options: OptimiseOptions) -> NDArray[np.float64]:
         rule[AR] = 1.0 + (options.max_aspect_ratio - 1.0) * (1.0 - MARGIN)
     rule[SAG], rule[STRETCH] = options.max_sag, min(options.growth, LONGEST)
     return rule
+
+
+#: rounds of evening out, where there is to be none
+NOT_EVENED = np.empty(0)
+
+
+class ReadOut(NamedTuple):
+    """What a state holds: the mesh, and the splits of its shared segments, (track, t) each.
+
+    Where it was evened out: nodes moved by that, pairs left above the limit, and the length of the longest edge.
+    """
+
+    mesh: Triangulation
+    splits: tuple[tuple[int, float], ...] = ()
+    moves: int = 0
+    left: int = 0
+    longest: float = 0.0
 
 
 _kept = threading.local()
@@ -87,31 +109,59 @@ def build_state(
     tracks: Tracks,
     options: OptimiseOptions,
     spare: int,
-    size: NDArray[np.float64] | None = None,
-    most: float = math.inf,
     passing: bool = False,
 ) -> State:
-    """State of the triangulation with room for about ``spare`` more nodes.
+    """State of the triangulation with room for about ``spare`` more nodes, sizes of its nodes those of ``started``.
 
-    size, most : see ``prepare_state``; None for the size of the boundary's nodes.
+    passing : see ``new_state``.
+    """
+    state = new_state(tri, tracks, options, spare, passing)
+    started(state, tri, options, FILL)
+    return state
+
+
+def new_state(
+    tri: Triangulation, tracks: Tracks, options: OptimiseOptions, spare: int, passing: bool = False
+) -> State:
+    """A state with room for the triangulation and about ``spare`` more nodes, in which nothing is set but the rule.
+
     passing : the state is read out before this thread builds another. All but the largest then share their arrays.
     """
-    from fubini.optimise._kernels_copy import fill
-
-    boundary, n, m, k = tri.boundary, len(tri.points), len(tri.triangles), len(tri.boundary.segments)
+    n, m, k = len(tri.points), len(tri.triangles), len(tri.boundary.segments)
     nodes, triangles, segments = n + spare, m + 2 * spare + 200, k + spare
     wanted = max(nodes, segments, (triangles + 1) // 2)
     if passing and wanted <= ROOMS[-1]:
-        state = _kept_state(next(room for room in ROOMS if room >= wanted), options, tracks)
-    else:
-        state = State(*[*_arrays(nodes, triangles, segments), rule_of(options).copy(), *tracks])
-    fill(
-        state.words, writable(tri.points, float), writable(tri.triangles, np.int32),
+        return _kept_state(next(room for room in ROOMS if room >= wanted), options, tracks)
+    return State(*[*_arrays(nodes, triangles, segments), rule_of(options).copy(), *tracks])
+
+
+def started(
+    state: State,
+    tri: Triangulation,
+    options: OptimiseOptions,
+    tasks: int,
+    most: float = math.inf,
+    size: NDArray[np.float64] | None = None,
+    gradient: float = 0.0,
+    rounds: int = 0,
+) -> tuple[int, int]:
+    """Do these tasks of ``_kernels_start`` to a state and the triangulation that it starts from: (status, changes).
+
+    The wanted edge length is ``size`` (n,) at all nodes; where it is None, that of the boundary's nodes there, and
+    inside ``most`` or, where this is infinite, the mean length of the edges at a node.
+    """
+    from fubini.optimise._kernels_start import start
+
+    boundary = tri.boundary
+    own = writable(boundary.size, float)
+    status, changes = start(
+        state.words, scratch_space().words, tasks, writable(tri.points, float), writable(tri.triangles, np.int32),
         writable(tri.neighbours, np.int32), writable(boundary.kind, np.uint8), writable(boundary.track, np.int32),
         writable(boundary.t, float), _modes(boundary, options), 1 + options.seed % 0x7FFFFFFE,
-        *_sizing(boundary.size if size is None else size, boundary, most, options.min_skew),
+        own if size is None else writable(size, float), writable(boundary.angle, float), own, ACUTE,
+        corner_limit(options.min_skew), most, gradient, OVERSIZE, rounds,
     )  # fmt: skip
-    return state
+    return status, changes
 
 
 def _modes(boundary: Boundary, options: OptimiseOptions) -> NDArray[np.uint8]:
@@ -145,29 +195,12 @@ def _kept_state(room: int, options: OptimiseOptions, tracks: Tracks) -> State:
 
 
 def _scratch(nodes: int, triangles: int) -> list[NDArray]:
-    """The arrays from ``free`` to ``tried``."""
+    """The arrays from ``free`` to ``tried``; ``key`` holds four numbers for each node, too (``_kernels_smooth``)."""
     return [
         np.empty(triangles, np.int32), np.empty(2 * triangles, np.int32), np.empty(triangles, np.int32),
-        np.empty(2 * triangles, np.int32), np.empty(2 * triangles), np.zeros(triangles, np.int32),
+        np.empty(2 * triangles, np.int32), np.empty(max(2 * triangles, 4 * nodes)), np.zeros(triangles, np.int32),
         np.empty(triangles, np.int32), np.zeros(nodes, np.int32), np.zeros(triangles, np.int32),
     ]  # fmt: skip
-
-
-def prepare_state(state: State, boundary: Boundary, min_skew: float) -> None:
-    """Derive sizes, sharp corners and a triangle of each node from the triangles that the state holds.
-
-    The wanted edge length is that of the boundary's nodes; inside it becomes the mean length of the edges there.
-    """
-    from fubini.optimise._kernels_copy import prepare
-
-    prepare(state.words, *_sizing(boundary.size, boundary, math.inf, min_skew))
-
-
-def _sizing(
-    size: NDArray[np.float64], boundary: Boundary, most: float, min_skew: float
-) -> tuple[NDArray, NDArray, float, float, float]:
-    """What ``prepare`` takes behind the state."""
-    return writable(size, float), writable(boundary.angle, float), most, ACUTE, corner_limit(min_skew)
 
 
 def extend_state(state: State, spare: int) -> State:
@@ -198,17 +231,20 @@ def copy_of(state: State, effort: NDArray[np.int64] | None = None) -> State:
     return copy
 
 
-def read_state(state: State, tri: Triangulation) -> tuple[Triangulation, tuple[tuple[int, float], ...]]:
-    """The triangulation of the state, boundary nodes first, and the splits of shared segments.
+def read_state(
+    state: State, tri: Triangulation, limit: float = 0.0, kept: NDArray[np.float64] = NOT_EVENED
+) -> ReadOut:
+    """The triangulation of the state, boundary nodes first; evened out, where ``kept`` has rounds (``even_out``).
 
     ``tri`` is where the state started from: it gives the modes of the segments and the angles of the nodes.
     """
     from fubini.optimise._kernels_copy import read_out
 
     old = tri.boundary
-    points, triangles, neighbours, kind, size, angle, segments, track, t, mode, fresh = read_out(
-        state.words, writable(old.angle, float), writable(old.mode, np.uint8)
+    points, triangles, neighbours, kind, size, angle, segments, track, t, mode, fresh, moves, left, square = read_out(
+        state.words, writable(old.angle, float), writable(old.mode, np.uint8), limit, kept
     )
     boundary = Boundary(points[: len(kind)], kind, size, angle, segments, track, t, mode)
-    splits = tuple((int(track[s]), float(t[s, 0])) for s in fresh.tolist())
-    return Triangulation(points, triangles, neighbours, boundary, tri.unrecovered), splits
+    splits = tuple((int(track[s]), float(t[s, 0])) for s in fresh.tolist()) if len(fresh) else ()
+    mesh = Triangulation(points, triangles, neighbours, boundary, tri.unrecovered)
+    return ReadOut(mesh, splits, moves, left, math.sqrt(square))

@@ -113,16 +113,17 @@ def attempt(
         start = whole(delaunay_around(points, boundary, outer, lattice.patch), outline)
     else:
         start = whole(constrained_delaunay(points, boundary), outline)
+    even: tuple[int, float] | None = None
     if sizes is None and len(long):
         most = float(np.hypot(*(long[:, 1] - long[:, 0]).T).max())
         wanted = sizes_of(start, inner, at_fans)
-        outcome = refine_and_optimise(start, outline.tracks, most, gradient, asked, wanted)
+        outcome, even = refine_and_optimise(start, outline.tracks, most, gradient, asked, wanted)
     elif sizes is None:
-        outcome = refine_and_optimise(start, outline.tracks, size, gradient, asked)
+        outcome, even = refine_and_optimise(start, outline.tracks, size, gradient, asked)
     else:
         filled = follow(refine(start, outline.tracks, size, gradient), outline, size, options.gradient, sizes)
         outcome = optimise(smooth(filled, outline.tracks), outline.tracks, asked)
-    outcome, longest = level(outcome, outline.tracks, asked)
+    outcome, longest = level(outcome, outline.tracks, asked, even)
     return shortened(outcome, outline.tracks, size, asked, sizes, along, longest), core
 
 
