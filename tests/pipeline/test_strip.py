@@ -19,7 +19,13 @@ from fubini.pipeline.strip import FaceMesh, strip_boundary, with_core
 from fubini.sampling.interior import NO_CORE, lattice_points, lattice_with_core
 from fubini.triangulation._kernels_cdt import triangulate
 from fubini.triangulation._kernels_strip import between
-from fubini.triangulation.constrained import NO_EDGES, completed, constrained_delaunay, delaunay_around
+from fubini.triangulation.constrained import (
+    NO_PATCH,
+    completed,
+    constrained_delaunay,
+    delaunay_around,
+    triangulate_all,
+)
 from fubini.triangulation.validate import validate
 from fubini.triangulation.value import Triangulation
 from handmade import FLAT_FRAME
@@ -159,7 +165,8 @@ def test_a_strip_is_walked_along(make, share, walked):
     lattice = lattice_with_core(boundary, size, 0.35, (0.2, 0.4), NO_CORE, (math.cos(0.3), math.sin(0.3)))
     patch, fixed, outer = lattice.patch, len(boundary.points), len(boundary.segments)
     points = np.concatenate([boundary.points, lattice.points[patch.nodes - fixed]])
-    segments = np.concatenate([boundary.segments, patch.edges])
+    segments = patch.segments
+    assert np.array_equal(points, patch.points) and np.array_equal(segments[:outer], boundary.segments)
     if make is regions.gear:
         ends = set(segments[outer:].ravel()) | set(patch.hanging.ravel())
         assert (len(patch.hanging) > 0, len(ends) < len(patch.nodes)) == (share < 0.05, share < 0.05)
@@ -168,12 +175,12 @@ def test_a_strip_is_walked_along(make, share, walked):
     if walked == "part":
         assert 0.2 * len(segments) < len(left) < 0.8 * len(segments)
         assert (left >= len(segments)).any()  # edges with a side on either part
-    found = triangulate(points, segments, fixed, outer, patch.hanging)
+    found = triangulate(points, segments, fixed, outer, patch.hanging, *NO_PATCH)
     if walked == "part":
         found = completed(points, segments, fixed, patch.hanging, *found)
     triangles, neighbours, *_, status, rest = found
     assert status == 0 and not len(rest)
-    whole = triangulate(points, segments, fixed, len(segments), NO_EDGES)[0]
+    whole = triangulate_all(points, segments, fixed)[0]
     assert {sorted_corners(t) for t in triangles} == {sorted_corners(t) for t in whole}
     if walked == "all":  # elsewhere the rim touches itself, which no boundary may
         boundary = replace(boundary, points=points, segments=segments)
@@ -191,5 +198,6 @@ def test_a_patch_mends_no_boundary():
     lattice = lattice_with_core(boundary, 0.1, 0.35, (0.0, 0.0), NO_CORE)
     points = np.concatenate([boundary.points, lattice.points])
     clockwise = replace(boundary, segments=boundary.segments[:, ::-1].copy())
+    segments = np.concatenate([clockwise.segments, lattice.patch.segments[len(clockwise.segments) :]])
     with pytest.raises(GeometryError, match="do not enclose"):
-        delaunay_around(points, clockwise, clockwise, lattice.patch)
+        delaunay_around(points, clockwise, clockwise, replace(lattice.patch, segments=segments))

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from fubini._jit import inner, kernel
+from fubini._jit import inner
 from fubini.sampling._kernels_interior import ROW, mark_inside, turned_box
 
 #: segments of this share of the size and more take part, straight edges of as many at least are candidates
@@ -113,7 +113,7 @@ def first_node(node, low, size):
     return low[0] - size * (1.0 + (column - 1.0 - x)), low[1] - size * (1.0 + (row * ROW - 1.0 - y))
 
 
-@kernel(allocates=True)
+@inner(allocates=True)
 def lay(points, segments, sizes, track, kinds, how, lattice, size, clearance, gradient):
     """The table (rows, columns) of the lattice nodes inside a boundary and clear of it: see ``mark_inside``.
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fubini._jit import inner, kernel
+from fubini._jit import inner
 from fubini.sampling._kernels_interior import ROW
 
 #: What a lattice node is: none, outside the core, on its rim, of it alone.
@@ -247,7 +247,7 @@ def hanging_edges(role, cells, columns, number, rank, among, before, fixed):
     return ends[:count]
 
 
-@kernel(allocates=True)
+@inner(allocates=True)
 def divide(role, columns, ends, least, fixed, segments, place):
     """Core of a lattice with at least so many triangles, and the triangles between it and what is not known.
 

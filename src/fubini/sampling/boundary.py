@@ -24,8 +24,7 @@ from fubini.sampling.outline import Outline
 from fubini.sampling.tables import EdgeTables, SizeOptions, sample_track
 from fubini.sampling.tangles import chords_to_halve
 from fubini.tracks import evaluate
-from fubini.triangulation._kernels_cdt import triangulate
-from fubini.triangulation.constrained import NO_EDGES, constrained_delaunay
+from fubini.triangulation.constrained import constrained_delaunay, triangulate_all
 from fubini.triangulation.value import CORNER, FROZEN, LOCKED, Boundary, Byte
 
 Float = NDArray[np.float64]
@@ -168,8 +167,8 @@ class BoundarySizing:
             RESOLVED,
         ):  # fmt: skip
             return False
-        n, k = len(boundary.points), len(boundary.segments)
-        triangles, neighbours, _, lost, status, _ = triangulate(boundary.points, boundary.segments, n, k, NO_EDGES)
+        n = len(boundary.points)
+        triangles, neighbours, _, lost, status, _ = triangulate_all(boundary.points, boundary.segments, n)
         if len(lost) or len(triangles) == 0 or status:
             lost = constrained_delaunay(boundary.points, boundary).unrecovered
             if last:

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fubini.sampling._kernels_alignment import BEST, NODE, SHIFT, lay
-from fubini.sampling._kernels_core import divide
+from fubini.sampling._kernels_alignment import BEST, NODE, SHIFT
 from fubini.sampling._kernels_interior import write_core
+from fubini.sampling._kernels_lattice import lay_divided
 from fubini.triangulation.value import Boundary, Patch
 
 Float = NDArray[np.float64]
@@ -131,13 +131,10 @@ def _laid(
 ) -> Lattice:
     """The lattice that ``lay`` is told, divided."""
     points, segments = boundary.points, boundary.segments
-    role = lay(points, segments, boundary.size, boundary.track, kinds, how, lattice, size, CLEARANCE, gradient)
-    cells = role.reshape(-1)
-    ends = np.flatnonzero(cells[1:] != cells[:-1])
-    _, _, c, s, spacing, x0, y0 = lattice.tolist()
-    core, nodes, inner, on_rim, rim, triangles, neighbours, half_edges, bare, edges, hanging = divide(
-        cells, role.shape[1], ends, least, len(points), len(segments), np.array([x0, y0, spacing, c, s])
+    role, core, nodes, inner, on_rim, rim, triangles, neighbours, half_edges, bare, hanging, strip, ends = lay_divided(
+        points, segments, boundary.size, boundary.track, kinds, how, lattice, size, CLEARANCE, gradient, least
     )
-    patch = Patch(triangles, neighbours, half_edges, bare, edges, hanging)
+    _, _, c, s, spacing, x0, y0 = lattice.tolist()
+    patch = Patch(triangles, neighbours, half_edges, bare, hanging, strip, ends)
     far = Core(role, np.array([x0, y0, spacing]), on_rim, rim, nodes, core, (c, s)) if core else None
     return Lattice(inner, far, patch, (c, s), spacing)

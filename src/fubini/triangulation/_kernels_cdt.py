@@ -293,8 +293,8 @@ def enclosed(points, segments, fixed):
     return out, across, dropped, lost[:count], status
 
 
-@kernel(allocates=True)
-def triangulate(points, segments, fixed, outer, hanging):
+@inner(allocates=True)
+def triangulated(points, segments, fixed, outer, hanging):
     """Constrained Delaunay triangulation of the region on the left of the segments (k, 2) of points (n, 2).
 
     Of the segments those from ``outer`` on are the rim of a patch, whose nodes come from ``fixed`` on; hanging (h, 2) :
@@ -339,3 +339,15 @@ def glue(triangles, neighbours, nodes, fixed, segments, patch, beside, half_edge
             else:
                 across[t, i] = u
     return corners, across
+
+
+@kernel(allocates=True)
+def triangulate(points, segments, fixed, outer, hanging, nodes, patch, beside, half_edges):
+    """``triangulated``, and glued to the patch of these ``nodes``, if there are any, unless it says that something is
+    wrong or missing: see ``glue``.
+    """
+    out, across, dropped, lost, status, left = triangulated(points, segments, fixed, outer, hanging)
+    sound = status == 0 and dropped.shape[0] == 0 and lost.shape[0] == 0 and left.shape[0] == 0
+    if nodes.shape[0] > 0 and sound:
+        out, across = glue(out, across, nodes, fixed, outer, patch, beside, half_edges)
+    return out, across, dropped, lost, status, left

@@ -12,8 +12,9 @@ from fubini.triangulation._kernels_cdt import NOT_A_POINT, NOT_DELAUNAY, NOT_FIN
 from fubini.triangulation._kernels_rest import cut_out, fit_in
 from fubini.triangulation.value import Boundary, Patch, Triangulation
 
-#: Edges between nodes of a patch, where there is none.
+#: Edges between nodes of a patch, where there is none; nodes and triangles of one, neighbours of these, open edges.
 NO_EDGES = np.empty((0, 2), np.int32)
+NO_PATCH = np.empty(0, np.int32), np.empty((0, 3), np.int32), np.empty((0, 3), np.int32), np.empty(0, np.int32)
 
 
 def constrained_delaunay(points: ArrayLike, boundary: Boundary) -> Triangulation:
@@ -44,7 +45,7 @@ def constrained_delaunay(points: ArrayLike, boundary: Boundary) -> Triangulation
     if xy.ndim != 2 or xy.shape[1:] != (2,) or len(xy) < max(fixed, 3):
         raise OptionError(f"points must be (n, 2) with n >= {max(fixed, 3)}, not {xy.shape}")
     segments = np.array(boundary.segments, np.int32, order="C")
-    triangles, neighbours, dropped, unrecovered, status, _ = triangulate(xy, segments, fixed, len(segments), NO_EDGES)
+    triangles, neighbours, dropped, unrecovered, status, _ = triangulate_all(xy, segments, fixed)
     if status & NOT_FINITE:
         raise OptionError("points must be finite")
     if status & NOT_A_POINT:
@@ -67,23 +68,26 @@ def constrained_delaunay(points: ArrayLike, boundary: Boundary) -> Triangulation
 def delaunay_around(points: NDArray[np.float64], boundary: Boundary, outer: Boundary, patch: Patch) -> Triangulation:
     """``constrained_delaunay`` where a patch is known: the rest alone is triangulated.
 
-    outer : the part of the boundary that does not lie at the patch: the first nodes and segments of ``boundary``.
+    outer : the part of the boundary that does not lie at the patch: the first nodes and segments of ``boundary``, those
+    that the patch was made for.
     """
     fixed, k = len(outer.points), len(outer.segments)
-    rest = np.concatenate([outer.points, points[patch.nodes]])
-    segments = np.concatenate([outer.segments, patch.edges])
-    found = triangulate(rest, segments, fixed, k, patch.hanging)
-    if len(found[-1]):
-        found = completed(rest, segments, fixed, patch.hanging, *found)
-    triangles, neighbours, dropped, unrecovered, status, _ = found
+    known = patch.nodes, patch.triangles, patch.neighbours, patch.open
+    found = triangulate(patch.points, patch.segments, fixed, k, patch.hanging, *known)
+    triangles, neighbours, dropped, unrecovered, status, left = found
+    if len(left):
+        found = completed(patch.points, patch.segments, fixed, patch.hanging, *found)
+        triangles, neighbours, dropped, unrecovered, status, _ = found
     if status or len(dropped) or len(unrecovered):
         return constrained_delaunay(points, boundary)
-    triangles, neighbours = glue(
-        triangles, neighbours, patch.nodes, fixed, k, patch.triangles, patch.neighbours, patch.open
-    )
-    for array in (points, triangles, neighbours):
-        array.flags.writeable = False
+    if len(left):
+        triangles, neighbours = glue(triangles, neighbours, patch.nodes, fixed, k, *known[1:])
     return Triangulation(points, triangles, neighbours, boundary)
+
+
+def triangulate_all(points: NDArray[np.float64], segments: NDArray[np.int32], fixed: int) -> Any:
+    """``triangulated`` (``_kernels_cdt``) where nothing is known."""
+    return triangulate(points, segments, fixed, len(segments), NO_EDGES, *NO_PATCH)
 
 
 def completed(
@@ -95,13 +99,13 @@ def completed(
     beside: NDArray[np.int32],
     *others: Any,
 ) -> Any:
-    """``triangulate`` of a strip of which a part was sewn: what is left by itself, or all of it where that fails."""
+    """``triangulated`` of a strip of which a part was sewn: what is left by itself, or all of it where that fails."""
     *_, left = others
     nodes, some, ends, first = cut_out(points, segments, fixed, hanging, sewn, left)
-    more, across, dropped, lost, status, _ = triangulate(some, ends, first, len(ends), NO_EDGES)
+    more, across, dropped, lost, status, _ = triangulate_all(some, ends, first)
     if status == 0 and not len(lost):
         rows = len(segments), len(hanging)
         triangles, neighbours = fit_in(points, fixed, *rows, sewn, beside, left, nodes, more, across, dropped)
         if len(triangles):
             return triangles, neighbours, *others[:-1], left[:0]
-    return triangulate(points, segments, fixed, len(segments), NO_EDGES)
+    return triangulate_all(points, segments, fixed)

@@ -86,15 +86,17 @@ class Patch:
     neighbours : (m, 3) int32, as in ``Triangulation``; anything across open edges.
     open : (e,) int32, 3 t + i for each edge i of a triangle t beyond which nothing is known.
     nodes : (z,) int32, points that lie at open edges, or in no triangle of the patch.
-    edges : (e, 2) int32, ends of the open edges, the unknown on the left, by place among the boundary's nodes and,
-        behind them, ``nodes``.
     hanging : (h, 2) int32, ends of edges with no triangle of the patch on either side, each both ways, one behind the
-        other, numbered as those in ``edges``. No segment crosses them either, but they need not be edges in the end.
+        other, numbered as those in ``segments``. No segment crosses them either, but they need not be edges in the end.
+    points : (b + z, 2), the boundary's nodes, then ``nodes``.
+    segments : (k + e, 2) int32, the boundary's, then the open edges, the unknown on the left of all, by place in
+        ``points``.
     """
 
     triangles: Int
     neighbours: Int
     open: Int
     nodes: Int
-    edges: Int
     hanging: Int
+    points: Float
+    segments: Int
