@@ -99,6 +99,22 @@ def test_curves_that_cross_themselves():
     assert [k for k, _ in faults(bulge)] == ["self-crossing"] * 2
 
 
+@pytest.mark.parametrize("spans", [6, 12, 50, 400])
+@pytest.mark.parametrize("fall", [0.03, 0.3])
+def test_a_spline_that_crosses_its_neighbour_beside_their_corner_is_found(spans, fall):
+    """It leaves the corner on the wrong side, crosses the line within a few knots, then runs on as if nothing were."""
+    x = np.linspace(0.0, 1.0, spans + 3)
+    wide = 3.0 / (spans + 3)
+    y = np.where(x < wide, 0.2 * wide * np.sin(np.pi * x / wide), -fall * (x - wide))
+    edge = BSpline(3, np.concatenate([[0.0] * 3, np.linspace(0.0, 1.0, spans + 1), [1.0] * 3]), np.c_[x, y])
+    region = chain(edge, Line((1, y[-1]), (1, 0)), Line((1, 0), (0, 0)))
+    c, s = math.cos(0.6), math.sin(0.6)
+    for turned in (region, region.transform([[c, -s], [s, c]])):
+        (problem,) = turned.validate()
+        assert problem.kind == "self-crossing"
+        assert math.hypot(*problem.place) == pytest.approx(wide, rel=0.6)
+
+
 def doubled_back(size, weights=None):
     """A square, one edge of which is a cubic B-spline whose control points go back by twice ``size`` amid it."""
     poles = [(0, 0), (0.2, 0.05), (0.5, 0), (0.5 + size, 0), (0.5 - size, 0), (0.5, 0), (0.8, 0.05), (1, 0)]

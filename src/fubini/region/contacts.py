@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fubini.curves import BSpline
 from fubini.region.parts import Parts, close_pairs
 
 Float = NDArray[np.float64]
@@ -26,6 +27,18 @@ _CROWD = 600
 
 #: Points at which such a pair is measured.
 _PROBES = 65
+
+#: Shares of a piece at which it is looked at; ends matter most to how far it swings away from its chord there.
+_PLACES = np.array([0.0, 1.0 / 64.0, 0.25, 0.5, 0.75, 63.0 / 64.0, 1.0])
+
+#: Those of them that are even.
+_FIVE = [0, 2, 3, 4, 6]
+
+#: Rays between those looked at swing by no more than this times as much: 1 of arcs, 1.1 of cubics.
+_BEYOND = 1.25
+
+#: Pieces of splines with more knots inside may wind between the places that are looked at.
+_KNOTS = 4
 
 #: Contacts nearer than this along the loop (times the diagonal) are one joint with its tiny edges.
 _NEIGHBOURS = 1e-6
@@ -83,11 +96,17 @@ class _Pairs:
 
 @dataclass(frozen=True)
 class _Strip:
-    """Five points (n, 5, 2) of each piece, its chord (n, 2) and its height (n,) over the chord."""
+    """Five points (n, 5, 2) of each piece, its chord (n, 2) and its height (n,) over the chord.
+
+    ``swing`` (n,) bounds the angle in radians between the chord and any ray from an end of the piece to its points.
+    Height and swing tell nothing of pieces with ``knots`` (n,): so many inside that they may wind between those points.
+    """
 
     points: Float
     chord: Float
     height: Float
+    swing: Float
+    knots: Bool
 
     @property
     def length(self) -> Float:
@@ -125,38 +144,48 @@ def _search(parts: Parts, pairs: _Pairs, slack: float, tolerance: float, diagona
 
 
 def _strip(parts: Parts, part: Int, t0: Float, t1: Float) -> _Strip:
-    t = t0[:, None] + (t1 - t0)[:, None] * np.linspace(0.0, 1.0, 5)
-    t[:, 4] = t1
-    points = np.empty((len(part), 5, 2))
+    t = t0[:, None] + (t1 - t0)[:, None] * _PLACES
+    t[:, -1] = t1
+    points, knots = np.empty((len(part), len(_PLACES), 2)), np.zeros(len(part), dtype=bool)
     numbers = parts.curve[part]
     for c in np.unique(numbers):
-        mine = np.flatnonzero(numbers == c)
-        points[mine] = np.asarray(parts.curves[c].point(t[mine].ravel()), float).reshape(-1, 5, 2)
-    chord = points[:, 4] - points[:, 0]
+        mine, curve = np.flatnonzero(numbers == c), parts.curves[c]
+        points[mine] = np.asarray(curve.point(t[mine].ravel()), float).reshape(len(mine), -1, 2)
+        if isinstance(curve, BSpline):
+            breaks = curve.chain.breaks
+            inside = np.searchsorted(breaks, t1[mine]) - np.searchsorted(breaks, t0[mine], "right")
+            knots[mine] = inside > _KNOTS
+    chord = points[:, -1] - points[:, 0]
     length = np.maximum(np.hypot(chord[:, 0], chord[:, 1]), np.finfo(float).tiny)
-    inner = points[:, 1:4] - points[:, :1]
-    cross = inner[..., 0] * chord[:, None, 1] - inner[..., 1] * chord[:, None, 0]
-    height = np.abs(cross).max(axis=1) / length
-    height[parts.straight[part]] = 0.0
-    return _Strip(points, chord, height)
+    inner = points[:, 1:-1] - points[:, :1]
+    ahead = np.einsum("nkd,nd->nk", inner, chord) / length[:, None]
+    off = np.abs(inner[..., 0] * chord[:, None, 1] - inner[..., 1] * chord[:, None, 0]) / length[:, None]
+    height = off[:, 1:-1].max(axis=1)
+    swing = _BEYOND * np.maximum(np.arctan2(off, ahead), np.arctan2(off, length[:, None] - ahead)).max(axis=1)
+    height[parts.straight[part]] = swing[parts.straight[part]] = 0.0
+    return _Strip(points[:, _FIVE], chord, height, swing, knots)
 
 
 def _pick(strip: _Strip, keep: Bool) -> _Strip:
-    return _Strip(strip.points[keep], strip.chord[keep], strip.height[keep])
+    return _Strip(*(getattr(strip, f)[keep] for f in ("points", "chord", "height", "swing", "knots")))
 
 
 def _apart(a: _Strip, b: _Strip, slack: float) -> Bool:
-    """Whether some line keeps the strips more than ``slack`` apart (separating axes)."""
+    """Whether some line keeps the strips more than ``slack`` apart (separating axes).
+
+    Pieces with many knots inside are monotone all the same: only their boxes count.
+    """
     apart = np.zeros(len(a.height), dtype=bool)
     pad = 0.5 * (a.height + b.height) + slack
-    x, y = np.array([1.0, 0.0]), np.array([0.0, 1.0])
-    for chord in (a.chord, b.chord, x, y):
-        axis = np.broadcast_to(chord, a.chord.shape)
-        length = np.maximum(np.hypot(axis[:, 0], axis[:, 1]), np.finfo(float).tiny)[:, None]
-        for unit in (axis / length, np.stack([-axis[:, 1], axis[:, 0]], axis=1) / length):
+    for chord in (a.chord, b.chord):
+        length = np.maximum(np.hypot(chord[:, 0], chord[:, 1]), np.finfo(float).tiny)[:, None]
+        for unit in (chord / length, np.stack([-chord[:, 1], chord[:, 0]], axis=1) / length):
             u = np.einsum("nkd,nd->nk", a.points, unit)
             v = np.einsum("nkd,nd->nk", b.points, unit)
             apart |= (u.min(axis=1) - v.max(axis=1) > pad) | (v.min(axis=1) - u.max(axis=1) > pad)
+    apart &= ~(a.knots | b.knots)
+    for first, second in ((a, b), (b, a)):
+        apart |= (first.points.min(axis=1) - second.points.max(axis=1) > pad[:, None]).any(axis=1)
     return apart
 
 
@@ -173,7 +202,7 @@ def _only_joint(parts: Parts, pairs: _Pairs, a: _Strip, b: _Strip, short: float)
     for joint, sign in ((ahead & ~behind, 1.0), (behind & ~ahead, -1.0)):
         u, v = -sign * a.chord, sign * b.chord
         between = np.abs(np.arctan2(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0], (u * v).sum(axis=1)))
-        done |= joint & (between > _swing(a) + _swing(b) + 1e-12)
+        done |= joint & ~a.knots & ~b.knots & (between > a.swing + b.swing + 1e-12)
     for first, p, second, q in (
         (a, parts.p1[pairs.a], b, parts.p0[pairs.b]),
         (b, parts.p1[pairs.b], a, parts.p0[pairs.a]),
@@ -189,11 +218,6 @@ def _radius(strip: _Strip, center: Float) -> Float:
     return np.hypot(off[..., 0], off[..., 1]).max(axis=1)
 
 
-def _swing(strip: _Strip) -> Float:
-    """Bound (n,) on the angle between the chord and a ray from its end to a point of the piece."""
-    return 5.0 * strip.height / np.maximum(strip.length, np.finfo(float).tiny)
-
-
 def _meets(a: _Strip, b: _Strip, slack: float, tolerance: float) -> tuple[Bool, Bool]:
     """Which pairs meet for certain (sampled points within ``tolerance``, or a crossing); which at an angle.
 
@@ -203,7 +227,7 @@ def _meets(a: _Strip, b: _Strip, slack: float, tolerance: float) -> tuple[Bool, 
     p, d, q, e = a.points[:, 0], a.chord, b.points[:, 0], b.chord
     cross = d[:, 0] * e[:, 1] - d[:, 1] * e[:, 0]
     between = np.abs(np.arctan2(cross, (d * e).sum(axis=1)))
-    steep = np.minimum(between, np.pi - between) > 4.0 * (_swing(a) + _swing(b)) + 1e-9
+    steep = np.minimum(between, np.pi - between) > 4.0 * (a.swing + b.swing) + 1e-9
     with np.errstate(divide="ignore", invalid="ignore"):
         w = q - p
         s = (w[:, 0] * e[:, 1] - w[:, 1] * e[:, 0]) / cross
@@ -212,6 +236,7 @@ def _meets(a: _Strip, b: _Strip, slack: float, tolerance: float) -> tuple[Bool, 
         margin_a = 2.0 * (a.height + b.height) / (a.length * np.sin(between)) + 1e-12
         margin_b = 2.0 * (a.height + b.height) / (b.length * np.sin(between)) + 1e-12
         crossing = steep & (s > margin_a) & (s < 1 - margin_a) & (t > margin_b) & (t < 1 - margin_b)
+        crossing &= ~(a.knots | b.knots)
     near = _point_distance(a, b) <= tolerance
     if slack == 0.0:
         near &= np.maximum(a.length, b.length) <= tolerance
