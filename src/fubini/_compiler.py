@@ -2,17 +2,19 @@
 
 Kernels have no closures, comprehensions, exceptions to rewrite, literals to unroll nor functions to put in before
 their types are known: a third of numba's passes look for these in every function, and make up its tables anew after
-each. And nearly every operator of a kernel has been looked up for the same types before, among templates for arrays,
-text, dates and complex numbers. ``min``, ``max`` and ``np.empty`` need no functions of their own. Nothing here changes
-what comes out, but for indices of entries of arrays: negative ones, which numba counts from the end after a test of
-every index, are not allowed in kernels.
+each; where variables end, only the counting of references asks. And nearly every operator of a kernel has been looked
+up for the same types before, among templates for arrays, text, dates and complex numbers. ``min``, ``max`` and
+``np.empty`` need no functions of their own. Nothing here changes what comes out, but for indices of entries of arrays:
+negative ones, which numba counts from the end after a test of every index, are not allowed in kernels.
 """
 
 from __future__ import annotations
 
+import operator
 import os
 from collections.abc import Callable
 from functools import partial
+from types import BuiltinFunctionType
 from typing import Any
 
 import numpy as np
@@ -20,20 +22,17 @@ from llvmlite import ir
 from numba.core import cgutils, types
 from numba.core.compiler import Compiler, Flags
 from numba.core.compiler_machinery import PassManager, _pass_registry, register_pass
+from numba.core.ir_utils import build_definitions, check_and_legalize_ir
 from numba.core.lowering import Lower
 from numba.core.registry import cpu_target
-from numba.core.typed_passes import (
-    IRLegalization,
-    NativeLowering,
-    NoPythonBackend,
-    NopythonTypeInference,
-    PreLowerStripPhis,
-)
+from numba.core.ssa import reconstruct_ssa
+from numba.core.transforms import canonicalize_cfg
+from numba.core.typed_passes import NativeLowering, NoPythonBackend, NopythonTypeInference, PreLowerStripPhis
 from numba.core.types.containers import BaseTuple
 from numba.core.types.misc import unliteral
 from numba.core.typing.npydecl import parse_dtype
 from numba.core.typing.templates import signature
-from numba.core.untyped_passes import FixupArgs, IRProcessing, ReconstructSSA, TranslateByteCode
+from numba.core.untyped_passes import FixupArgs, ReconstructSSA, TranslateByteCode
 from numba.np.arrayobj import _empty_nd_impl
 
 from fubini._turns import CHECK
@@ -55,6 +54,19 @@ def _signature(function: Any, arguments: tuple[Any, ...]) -> Any:
         if kind is not None and all(isinstance(size, types.Integer) for size in sizes):
             return signature(types.Array(kind, len(sizes), "C"), *plain)
     return None
+
+
+_found: dict[tuple[int, tuple[Any, ...]], tuple[Any, Any]] = {}
+
+
+def _resolved(context: Any, function: Any, arguments: tuple[Any, ...]) -> Any:
+    """Signature of a function of numba for arguments of these types, looked up once."""
+    key = id(function), arguments
+    if key not in _found:
+        # kept with the function, so that no other takes its identity
+        found = _signature(function, arguments) or context.resolve_function_type(function, arguments, {})
+        _found[key] = function, found
+    return _found[key][1]
 
 
 class _Lower(Lower):
@@ -80,6 +92,21 @@ class _Lower(Lower):
         parts = cgutils.unpack_tuple(self.builder, value) if isinstance(kind, BaseTuple) else (value,)
         sizes = [self.context.cast(self.builder, p, k, types.intp) for p, k in zip(parts, kinds, strict=True)]
         return _empty_nd_impl(self.context, self.builder, made, sizes)._getvalue()
+
+    def lower_binop(self, resty: Any, expr: Any, op: Any) -> Any:
+        """As numba, without looking for code made for one constant, which powers alone have."""
+        kinds = self.fndesc.calltypes[expr].args
+        plain = all(isinstance(kind, types.Number | types.Boolean) for kind in kinds)
+        if not plain or op in (operator.pow, operator.ipow):
+            return super().lower_binop(resty, expr, op)
+        context, builder = self.context, self.builder
+        given = [
+            context.cast(builder, self.loadvar(side.name), self.typeof(side.name), kind)
+            for side, kind in zip((expr.lhs, expr.rhs), kinds, strict=True)
+        ]
+        found = _resolved(context.typing_context, op, kinds)
+        made = context.get_function(context.typing_context.resolve_value_type(op), found)(builder, given)
+        return context.cast(builder, made, found.return_type, resty)
 
     def lower_getitem(self, resty: Any, expr: Any, value: Any, index: Any, signature: Any) -> Any:
         """As numba."""
@@ -133,8 +160,26 @@ class _Lower(Lower):
 
 
 @register_pass(mutates_CFG=True, analysis_only=False)
+class _SingleAssignment(ReconstructSSA):
+    """Every variable assigned once, as numba's ``ReconstructSSA``; no lifetimes, which translation does not ask for."""
+
+    _name = "kernel_single_assignment"
+
+    def run_pass(self, state: Any) -> bool:
+        """As numba."""
+        state.func_ir.blocks = canonicalize_cfg(state.func_ir.blocks)
+        state.func_ir.generator_info = None
+        state.func_ir = reconstruct_ssa(state.func_ir)
+        state.func_ir._definitions = build_definitions(state.func_ir.blocks)
+        return True
+
+
+@register_pass(mutates_CFG=True, analysis_only=False)
 class _Lowering(NativeLowering):
-    """numba's pass with this translation."""
+    """numba's pass with this translation, and numba's ``PreLowerStripPhis`` and ``IRLegalization`` before it.
+
+    The latter says where each variable ends, for the counting of references: only where these are counted.
+    """
 
     _name = "kernel_lowering"
 
@@ -142,15 +187,20 @@ class _Lowering(NativeLowering):
     def lowering_class(self) -> type[Lower]:
         return _Lower
 
+    def run_pass(self, state: Any) -> bool:
+        """As numba."""
+        state.func_ir = PreLowerStripPhis()._strip_phi_nodes(state.func_ir)
+        state.func_ir._definitions = build_definitions(state.func_ir.blocks)
+        if state.flags.nrt:
+            check_and_legalize_ir(state.func_ir, flags=state.flags)
+        return bool(super().run_pass(state))
+
 
 PASSES = (
     TranslateByteCode,
     FixupArgs,
-    IRProcessing,
-    ReconstructSSA,
+    _SingleAssignment,
     NopythonTypeInference,
-    PreLowerStripPhis,
-    IRLegalization,
     _Lowering,
     NoPythonBackend,
 )
@@ -180,9 +230,9 @@ class _Flags(Flags):
 
 
 class _Lookups:
-    """A typing context that remembers the signatures of numba's own functions."""
+    """A typing context that remembers signatures of numba's own functions, and what attributes are."""
 
-    _found: dict[tuple[int, tuple[Any, ...]], tuple[Any, Any]] = {}
+    _attributes: dict[tuple[Any, str], Any] = {}
 
     def __init__(self, context: Any) -> None:
         self._context = context
@@ -192,16 +242,21 @@ class _Lookups:
 
     def resolve_function_type(self, function: Any, arguments: Any, keywords: Any) -> Any:
         """As numba, once for each function and types of arguments."""
-        if keywords or not isinstance(function, types.Function) or not all(a.is_precise() for a in arguments):
+        own = isinstance(function, types.Function | str | BuiltinFunctionType)  # the last ones: operators
+        if keywords or not own or not all(a.is_precise() for a in arguments):
             return self._context.resolve_function_type(function, arguments, keywords)
-        key = id(function), tuple(arguments)
-        if key not in self._found:
-            # kept with the function, so that no other takes its identity
-            found = _signature(function, arguments)
-            if found is None:
-                found = self._context.resolve_function_type(function, arguments, keywords)
-            self._found[key] = function, found
-        return self._found[key][1]
+        return _resolved(self._context, function, tuple(arguments))
+
+    def resolve_setitem(self, *kinds: Any) -> Any:
+        """As numba, once for each types of array, index and value."""
+        return self.resolve_function_type(operator.setitem, kinds, {})
+
+    def resolve_getattr(self, kind: Any, name: str) -> Any:
+        """As numba, once for each type and name."""
+        found = self._attributes.get((kind, name))
+        if found is None:
+            found = self._attributes[kind, name] = self._context.resolve_getattr(kind, name)
+        return found
 
 
 _sizes: dict[Any, int] = {}
