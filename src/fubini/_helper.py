@@ -32,9 +32,7 @@ LATER: tuple[tuple[Any, str], ...] = (
     (shipped.number_chains, "u2 u2 i1"),
     (shipped.meet, "u2r u1 u1 u1 i2"),
     (write_core, "b2 d1 d2 i2 l l d2 i2"),
-    (assembly.write_strip, "d2 d2 i2 l1 l d2 i2"),
-    (assembly.join, "l1 d1 d2 l d l1 d2 l2 l1"),
-    (assembly.enter, "i1 i1 d1 i2 i1 d2 l1 l2 d2 l l1 d1 d2 l1 d2 l2"),
+    (assembly.assemble, "i1 i1 d1 i2 i1 d2 l1 l2 d2 l1 d3 l2 l1 d2 d2 i2 d d2 i2"),
     (assembly.with_rim, "d2 b1 d1 d1 i2 i1 d2 b1 d2 i2 d"),
     (assembly.without_rim, "d2 i2 b1 d1 d1 i2 i1 d2 b1"),
 )

@@ -53,13 +53,6 @@ class Numbering(NamedTuple):
             return {self.number[edge]: 1.0}
         return {i: float(self.pieces.shares[i]) for i in np.flatnonzero(self.edges == edge).tolist()}
 
-    def on_edges(self, pieces: Int, t: Float) -> Float:
-        """Parameters (k, 2) on CAD edges of parameters t (k, 2) on pieces (k,)."""
-        if self.pieces is None:
-            return t
-        first, begin, stop, last = self.pieces.spans[pieces].T[:, :, None]
-        return np.where(t == 0.0, first, np.where(t == 1.0, last, begin + t * (stop - begin)))
-
 
 def number_edges(faces: Sequence[Face], edges: Mapping[int, Edge], vertices: Mapping[int, Float]) -> Numbering:
     """Number the edges of these faces, by rising CAD index, cut at their kinks."""

@@ -36,7 +36,10 @@ CASES = {"plate": (regions.plate, 0.02), "gear": (regions.gear, 0.014), "slot": 
 def written(mesh: FaceMesh, frame: Frame, first: int) -> tuple[np.ndarray, np.ndarray]:
     """Nodes inside and triangles, the boundary nodes numbered from 0 and the others from ``first``."""
     points, triangles = np.full((mesh.inner_nodes, 3), np.nan), np.full((mesh.triangle_count, 3), -1, np.int32)
-    mesh.write(frame, np.arange(len(mesh.boundary.points)), first, points, triangles)
+    b, n, m = len(mesh.boundary.points), len(mesh.points), len(mesh.triangles)
+    points[: n - b] = frame.to_space(mesh.points[b:])
+    triangles[:m] = mesh.triangles + np.where(mesh.triangles < b, 0, first - b)
+    mesh.core.write(frame.axes, first, first + n - b, points[n - b :], triangles[m:])
     return points, triangles
 
 

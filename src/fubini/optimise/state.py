@@ -159,7 +159,7 @@ def started(
         writable(tri.neighbours, np.int32), writable(boundary.kind, np.uint8), writable(boundary.track, np.int32),
         writable(boundary.t, float), _modes(boundary, options), 1 + options.seed % 0x7FFFFFFE,
         own if size is None else writable(size, float), writable(boundary.angle, float), own, ACUTE,
-        corner_limit(options.min_skew), most, gradient, OVERSIZE, rounds,
+        corner_limit(options.min_skew), float(most), float(gradient), OVERSIZE, rounds,
     )  # fmt: skip
     return status, changes
 

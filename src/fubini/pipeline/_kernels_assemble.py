@@ -7,6 +7,11 @@ import numpy as np
 from fubini._jit import inner, kernel
 from fubini.tracks._kernels import evaluate_one
 
+#: Columns of ``starts`` in ``assemble``.
+NODES, SEGMENTS, TRACKS, POINTS, CORNERS, INNER, TRIANGLES = range(7)
+#: The place of a node that no segment starts at.
+NOWHERE = 2**62
+
 #: As in ``fubini.triangulation.value``: nodes that stay, segments that do.
 FROZEN, LOCKED = 3, 2
 
@@ -18,24 +23,26 @@ def lift(axes, x, y, points, i):
         points[i, k] = axes[0, k] + x * axes[1, k] + y * axes[2, k]
 
 
-@kernel
+@inner
 def enter(
-    kinds, offsets, data, segments, track, t, edges, ends, axes, at, place, param, lifted, seg_edge, seg_t, seg_nodes
+    kinds, offsets, data, segments, track, t, ahead, edges, ends, axes, at, place, param, lifted, seg_edge, seg_t,
+    seg_nodes,
 ):  # fmt: skip
     """Enter the nodes and segments of one face, the nodes from row ``at`` on, into the arrays of all faces.
 
     A node lies at the start of a segment: ``place`` is the running number of its edge, ``param`` where on it, or -1 - v
     and 0 at vertex v; ``lifted`` (n, 3) is the point in space. Segments run along their edges: seg_edge (k,),
-    seg_t (k, 2) and seg_nodes (k, 2). edges (c,) : edges of the tracks; ends (e, 2) : vertices of the edges.
+    seg_t (k, 2) and seg_nodes (k, 2). edges (c,) : edges of the tracks, those of the face from number ``ahead`` on;
+    ends (e, 2) : vertices of the edges.
     """
     for k in range(segments.shape[0]):
         a, b = at + segments[k, 0], at + segments[k, 1]
-        e, start, stop = edges[track[k]], t[k, 0], t[k, 1]
+        e, start, stop = edges[ahead + track[k]], t[k, 0], t[k, 1]
         if start == 0.0 or start == 1.0:
             place[a], param[a] = -1 - ends[e, 0 if start == 0.0 else 1], 0.0
         else:
             place[a], param[a] = e, start
-        x, y = evaluate_one(kinds, offsets, data, np.int64(track[k]), start)
+        x, y = evaluate_one(kinds, offsets, data, ahead + track[k], start)
         lift(axes, x, y, lifted, a)
         seg_edge[k] = e
         if start > stop:
@@ -159,7 +166,7 @@ def join(place, param, lifted, lowest, apart, edge, t, nodes, edge_ids):
     return first[:count], index, segments[:m], edge_of[:m], params[:m], far
 
 
-@kernel
+@inner
 def write_strip(axes, flat, corners, numbers, first, points, triangles):
     """Write the nodes inside a triangulation into space, points (n - b, 3), and its triangles (m, 3).
 
@@ -173,6 +180,86 @@ def write_strip(axes, flat, corners, numbers, first, points, triangles):
         for i in range(3):
             v = corners[t, i]
             triangles[t, i] = numbers[v] if v < b else first + v - b
+
+
+@inner
+def place_lone(place, param, lifted, vertices, places):
+    """Enter the nodes that no segment starts at: at these vertices (p,), in their order, and places (p, 3)."""
+    z = 0
+    for a in range(place.shape[0]):
+        if place[a] == NOWHERE and z < vertices.shape[0]:
+            place[a], param[a] = -1 - vertices[z], 0.0
+            for k in range(3):
+                lifted[a, k] = places[z, k]
+            z += 1
+
+
+@inner
+def to_edges(edge, t, spans):
+    """Turn parameters t (k, 2) on pieces ``edge`` (k,) into those on their CAD edges, in place; see ``Pieces``."""
+    for s in range(t.shape[0] if spans.shape[0] > 0 else 0):
+        e = edge[s]
+        for i in range(2):
+            if t[s, i] == 0.0:
+                t[s, i] = spans[e, 0]
+            elif t[s, i] == 1.0:
+                t[s, i] = spans[e, 3]
+            else:
+                t[s, i] = spans[e, 1] + t[s, i] * (spans[e, 2] - spans[e, 1])
+
+
+@inner
+def lowest_place(ends, vertices):
+    """The least place that a node can have: -1 - v of the last vertex."""
+    last = -1
+    for e in range(ends.shape[0]):
+        last = max(last, max(ends[e, 0], ends[e, 1]))
+    for z in range(vertices.shape[0]):
+        last = max(last, vertices[z])
+    return -1 - last
+
+
+@kernel(allocates=True)
+def assemble(
+    kinds, offsets, data, segments, track, t, edges, ends, spans, edge_ids, axes, starts, vertices, places, flat,
+    corners, apart, points, triangles,
+):  # fmt: skip
+    """All faces as one mesh, but for the cores: shared nodes first, then those inside the faces.
+
+    The arrays of the faces lie one behind the other: tracks and their edges (c,), boundary segments (k, 2), their track
+    and t, ``flat`` and ``corners`` of ``write_strip``; ``starts`` (f + 1, 7) says where those of each face begin, its
+    boundary nodes, and what is inside it in points (n, 3) and triangles (m, 3), which are filled in place; n may be too
+    many by nodes that faces share. axes (f, 3, 3). spans : of pieces (``Pieces``), or no rows. vertices (p,), places
+    (p, 3) : of nodes that no segment starts at. Other arguments, and what is returned, as in ``join``, but in place of
+    ``first`` how many shared nodes there are; last, all rows in space.
+    """
+    faces = starts.shape[0] - 1
+    n, k = starts[faces, NODES], starts[faces, SEGMENTS]
+    place, param, lifted = np.empty(n, np.int64), np.empty(n), np.empty((n, 3))
+    edge, params, nodes = np.empty(k, np.int64), np.empty((k, 2)), np.empty((k, 2), np.int64)
+    for a in range(n):
+        place[a] = NOWHERE
+    for f in range(faces):
+        a, b = starts[f, SEGMENTS], starts[f + 1, SEGMENTS]
+        enter(
+            kinds, offsets, data, segments[a:b], track[a:b], t[a:b], starts[f, TRACKS], edges, ends, axes[f],
+            starts[f, NODES], place, param, lifted, edge[a:b], params[a:b], nodes[a:b],
+        )  # fmt: skip
+    place_lone(place, param, lifted, vertices, places)
+    to_edges(edge, params, spans)
+    lowest = lowest_place(ends, vertices)
+    first, index, ways, edge_of, along, far = join(place, param, lifted, lowest, apart, edge, params, nodes, edge_ids)
+    total = first.shape[0]
+    for i in range(total):
+        for d in range(3):
+            points[i, d] = lifted[first[i], d]
+    for f in range(faces):
+        a, b = starts[f], starts[f + 1]
+        write_strip(
+            axes[f], flat[a[POINTS] : b[POINTS]], corners[a[CORNERS] : b[CORNERS]], index[a[NODES] : b[NODES]],
+            total + a[INNER], points[total + a[INNER] :], triangles[a[TRIANGLES] :],
+        )  # fmt: skip
+    return total, index, ways, edge_of, along, far, lifted
 
 
 @kernel(allocates=True)

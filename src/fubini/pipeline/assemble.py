@@ -4,21 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from itertools import accumulate
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fubini.model import Frame, Model
+from fubini.optimise.state import writable
 from fubini.pipeline import _kernels_assemble as kernels
 from fubini.pipeline.faces import FaceResult
-from fubini.sampling.boundary import Outline
+from fubini.pipeline.strip import FaceMesh
+from fubini.sampling.network import Network
 
 Float = NDArray[np.float64]
 Int = NDArray[np.int32]
 
 #: Lifted positions of one node that differ by more than this (times the diagonal) are reconciled.
 SAME_POINT = 1e-13
+#: Spans of pieces of edges, and vertices inside faces, where there are none.
+NO_SPANS = np.empty((0, 4))
+NO_VERTICES = np.empty(0, np.int64), np.empty((0, 3))
 
 
 @dataclass(frozen=True)
@@ -40,60 +45,64 @@ class Assembly:
     closed: Int | None = None
 
 
-def assemble(model: Model, outlines: list[Outline], results: list[FaceResult]) -> Assembly:
+def assemble(model: Model, network: Network, results: list[FaceResult]) -> Assembly:
     """Join the faces."""
-    first, index, lifted, far, segments = _joined(model, outlines, results)
-    total = len(first)
-    starts = [0, *accumulate(len(r.mesh.boundary.points) for r in results)]
-    inner = list(accumulate((r.mesh.inner_nodes for r in results), initial=total))
-    counts = [0, *accumulate(r.mesh.triangle_count for r in results)]
-    points, triangles = np.empty((inner[-1], 3)), np.empty((counts[-1], 3), np.int32)
-    points[:total] = lifted[first]
+    meshes, boundaries = [r.mesh for r in results], [r.mesh.boundary for r in results]
+    starts = _starts(network, meshes)
+    rows, *_, inner, count = starts[-1].tolist()
+    points, triangles = np.empty((rows + inner, 3)), np.empty((count, 3), np.int32)
+    vertices, places = _lone_places(model)
+    pieces = model.numbering.pieces
+    total, index, segments, edge_of, t, far, lifted = kernels.assemble(
+        *network.exact, _stacked([b.segments for b in boundaries]), _stacked([b.track for b in boundaries]),
+        _stacked([b.t for b in boundaries]), network.edges, model.numbering.vertices,
+        NO_SPANS if pieces is None else pieces.spans, model.numbering.edges,
+        np.array([face.frame.axes for face in model.faces]), starts, vertices, places,
+        _stacked([mesh.points for mesh in meshes]), _stacked([mesh.triangles for mesh in meshes]),
+        0.5 * SAME_POINT * model.diagonal, points, triangles,
+    )  # fmt: skip
+    points = points[: total + inner]
     if far:
-        owners = np.repeat(np.arange(len(results)), np.diff(starts))
+        owners = np.repeat(np.arange(len(results)), np.diff(starts[:, kernels.NODES]))
         _reconcile(points[:total], lifted, index, owners, [face.frame for face in model.faces], model.diagonal)
-    face_of, maps = np.empty(counts[-1], np.int32), []
-    for f, (face, result) in enumerate(zip(model.faces, results, strict=True)):
-        numbers = index[starts[f] : starts[f + 1]]
-        part = slice(counts[f], counts[f + 1])
-        result.mesh.write(face.frame, numbers, inner[f], points[inner[f] : inner[f + 1]], triangles[part])
-        face_of[part] = face.index
-        maps.append(numbers)
-    return Assembly(points, triangles, face_of, *segments, tuple(maps), _lone(model, results, maps))
+    face_of, maps = np.empty(count, np.int32), []
+    for face, mesh, start, stop in zip(model.faces, meshes, starts.tolist(), starts[1:].tolist()):
+        face_of[start[kernels.TRIANGLES] : stop[kernels.TRIANGLES]] = face.index
+        maps.append(index[start[kernels.NODES] : stop[kernels.NODES]])
+        if mesh.core is not None:
+            first = total + start[kernels.INNER]
+            own = first + len(mesh.points) - len(mesh.boundary.points)
+            part = slice(start[kernels.TRIANGLES] + len(mesh.triangles), stop[kernels.TRIANGLES])
+            mesh.core.write(face.frame.axes, first, own, points[own : total + stop[kernels.INNER]], triangles[part])
+    lone = _lone(model, results, maps) if len(vertices) else {}
+    return Assembly(points, triangles, face_of, segments, edge_of, t, tuple(maps), lone)
 
 
-def _joined(
-    model: Model, outlines: list[Outline], results: list[FaceResult]
-) -> tuple[NDArray[np.int64], NDArray[np.int64], Float, bool, tuple[Int, Int, Float]]:
-    """Boundary nodes of all faces, each once, and segments.
+def _starts(network: Network, meshes: list[FaceMesh]) -> NDArray[np.int64]:
+    """Where the arrays of each face begin, and end, in those of all (f + 1, 7); see ``_kernels_assemble``."""
+    lengths = [
+        (
+            len(mesh.boundary.points), len(mesh.boundary.segments), len(outline.edges), len(mesh.points),
+            len(mesh.triangles), mesh.inner_nodes, mesh.triangle_count,
+        )
+        for outline, mesh in zip(network.outlines, meshes, strict=True)
+    ]  # fmt: skip
+    starts = np.zeros((len(meshes) + 1, 7), np.int64)
+    np.add.accumulate(lengths, out=starts[1:])
+    return starts
 
-    Returns a row of each node, the node of every row, the rows' points in space, whether those of one node differ; then
-    nodes, CAD edges and parameters of the segments, sorted by edge and parameter, each once and along its edge.
-    """
-    n = sum(len(r.mesh.boundary.points) for r in results)
-    k = sum(len(r.mesh.boundary.segments) for r in results)
-    place, param, lifted = np.empty(n, np.int64), np.empty(n), np.empty((n, 3))
-    edge, t, nodes = np.empty(k, np.int64), np.empty((k, 2)), np.empty((k, 2), np.int64)
-    ends = model.numbering.vertices
-    lowest = -1 - int(np.maximum.reduce(ends, axis=None))
-    at = since = 0
-    for face, outline, result in zip(model.faces, outlines, results, strict=True):
-        boundary = result.mesh.boundary
-        part = slice(since, since + len(boundary.segments))
-        kernels.enter(
-            *outline.exact, boundary.segments, boundary.track, boundary.t, outline.edges, ends, face.frame.axes, at,
-            place, param, lifted, edge[part], t[part], nodes[part],
-        )  # fmt: skip
-        if face.points:  # nodes that no segment starts at, in their order
-            alone = at + np.setdiff1d(np.arange(len(boundary.points)), boundary.segments[:, 0])
-            place[alone], param[alone] = [-1 - v for v, _ in face.points], 0.0
-            lifted[alone] = face.frame.to_space([flat for _, flat in face.points])
-            lowest = min(lowest, *(-1 - v for v, _ in face.points))
-        at, since = at + len(boundary.points), part.stop
-    apart = 0.5 * SAME_POINT * model.diagonal
-    t, edges = model.numbering.on_edges(edge, t), model.numbering.edges
-    first, index, *segments, far = kernels.join(place, param, lifted, lowest, apart, edge, t, nodes, edges)
-    return first, index, lifted, far, tuple(segments)
+
+def _stacked(parts: list[NDArray[Any]]) -> NDArray[Any]:
+    """Arrays one behind the other; the only one as it is, if kernels take it."""
+    return writable(parts[0], parts[0].dtype.type) if len(parts) == 1 else np.concatenate(parts)
+
+
+def _lone_places(model: Model) -> tuple[NDArray[np.int64], Float]:
+    """Vertices inside faces (p,), face by face, and where they are lifted to (p, 3)."""
+    lone = [(vertex, face.frame.to_space(flat)) for face in model.faces for vertex, flat in face.points]
+    if not lone:
+        return NO_VERTICES
+    return np.array([vertex for vertex, _ in lone], np.int64), np.concatenate([place for _, place in lone])
 
 
 def _lone(model: Model, results: list[FaceResult], maps: list[NDArray[np.int64]]) -> dict[int, int]:

@@ -166,7 +166,7 @@ def mesh(
         put_in_model_terms(model, error)
         raise
     clock.lap("faces")
-    whole = assemble(model, outlines, results)
+    whole = assemble(model, network, results)
     clock.lap("assemble")
     whole, named = open_cracks(whole, name_mesh(model, whole, wanted), parting)
     clock.lap("names")

@@ -12,9 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fubini.model import Frame
 from fubini.optimise.state import writable
-from fubini.pipeline._kernels_assemble import with_rim, without_rim, write_strip
+from fubini.pipeline._kernels_assemble import with_rim, without_rim
 from fubini.sampling.interior import Core
 from fubini.triangulation.value import Boundary, Triangulation
 
@@ -50,17 +49,6 @@ class FaceMesh:
     def triangle_count(self) -> int:
         """Number of triangles."""
         return len(self.triangles) + (self.core.triangles if self.core else 0)
-
-    def write(self, frame: Frame, numbers: NDArray[np.int64], first: int, points: Float, triangles: Int) -> None:
-        """Write what is inside into space: nodes (inner_nodes, 3) and triangles (triangle_count, 3), in place.
-
-        numbers : what the boundary nodes are called there. first : number of the first node inside.
-        """
-        b, n, m = len(self.boundary.points), len(self.points), len(self.triangles)
-        flat, corners = writable(self.points, float), writable(self.triangles, np.int32)
-        write_strip(frame.axes, flat, corners, numbers, first, points[: n - b], triangles[:m])
-        if self.core is not None:
-            self.core.write(frame.axes, first, first + n - b, points[n - b :], triangles[m:])
 
 
 def strip_boundary(boundary: Boundary, core: Core, size: float) -> Boundary:

@@ -24,7 +24,7 @@ class Network:
     outlines : the faces.
     ends : (e, 2) running numbers of the vertices of the edges.
     vertices : how many of them there are.
-    tracks : the curves of all faces in one table, face by face.
+    tracks, exact : the curves of all faces in one table, face by face; see ``Outline``.
     edges, faces : (c,) edge and face of each of them.
     first : (e,) int32, the first of them on each edge.
     uses : (e,) how many of them lie on each edge.
@@ -36,6 +36,7 @@ class Network:
     ends: Int
     vertices: int
     tracks: Tracks
+    exact: Tracks
     edges: Int
     faces: Int
     first: NDArray[np.int32]
@@ -52,8 +53,9 @@ class Network:
         first = np.empty(len(ends), np.int32)
         first[edges[::-1]] = np.arange(len(edges), dtype=np.int32)[::-1]
         return cls(
-            outlines, ends, int(ends.max(initial=-1)) + 1, joined([outline.tracks for outline in outlines]), edges,
-            faces, first, np.bincount(edges, minlength=len(ends)), _least(outlines, len(ends)),
+            outlines, ends, int(ends.max(initial=-1)) + 1, joined([outline.tracks for outline in outlines]),
+            joined([outline.exact for outline in outlines]), edges, faces, first,
+            np.bincount(edges, minlength=len(ends)), _least(outlines, len(ends)),
             min(float(outline.angles.min()) for outline in outlines),
         )  # fmt: skip
 
