@@ -97,3 +97,20 @@ def test_the_triangle_of_an_unavoidable_corner_is_near_the_best(degrees):
     at_corner = (mesh.triangles == np.flatnonzero((mesh.points == 0).all(1))[0]).any(axis=1)
     assert at_corner.sum() == 1
     assert mesh.quality["skewness"][at_corner][0] > 0.95 * best
+
+
+@pytest.mark.parametrize("degrees", [5, 20])
+@pytest.mark.parametrize("size", [0.1, 0.25, 0.4])
+def test_legs_at_curves_that_close_in_keep_the_angle_of_their_corner(degrees, size):
+    # chords open by less than the tangents do, the less the longer they are
+    a = np.radians(degrees)
+    end = 2.0 * np.array([np.cos(0.5 * a), np.sin(0.5 * a)])
+    sagitta = np.tan(a / 8.0)  # each arc leaves its chord by a quarter of the corner's angle
+    below, above = (random_regions.arc(*ends, sagitta) for ends in (((0, 0), (2, 0)), (end, (0, 0))))
+    region = regions.chain(below, regions.Line((2, 0), end), above)
+    mesh = certified(region, size)
+    (corner,) = (c for c in mesh.certificate.faces[0].corners if c.angle < 24.0)
+    assert corner.angle == pytest.approx(degrees, abs=1e-6)
+    at_corner = (mesh.triangles == np.linalg.norm(mesh.points, axis=1).argmin()).any(axis=1)
+    best = np.degrees(np.arctan2(2.0, 1 / np.tan(a) - np.tan(a / 2)))
+    assert mesh.quality["skewness"][at_corner].max() > 0.95 * best

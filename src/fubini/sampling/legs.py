@@ -25,6 +25,9 @@ Float = NDArray[np.float64]
 SHARP = 50.0
 #: Corners below this (degrees) have one triangle alone that will do, or none: its legs are held in all faces.
 NARROW = 27.0
+#: Legs are short enough where their chords open by this share of the angle between the tangents; of narrow corners, by
+#: the second: their one triangle is as much worse than the best.
+OPENING = (0.93, 0.96)
 #: Share of the shorter edge that the triangle of a sharp corner may take.
 LEG_SHARE = 0.34
 #: ... and that a leg beside a wall may take of an edge that has no other leg.
@@ -199,13 +202,13 @@ class Legs:
 
     def _leg_of_true_angle(self, outline: Outline, c: int, before: int, leg: float) -> float:
         """Shorten the leg until the chords open about as wide as the tangents do, as long as that helps."""
-        last = 0.0
+        last, least = 0.0, OPENING[int(outline.angles[c] < NARROW)]
         for _ in range(12):
             p = [self._leg_end(outline, j, side, leg) for j, side in leg_tracks(outline, c, before)]
             corner = evaluate(outline.tracks, c, 0.0 if outline.forward[c] else 1.0)[0]
             u, v = p[0] - corner, p[1] - corner
             opening = np.degrees(np.arctan2(u[0] * v[1] - u[1] * v[0], u @ v))
-            if opening > 0.93 * outline.angles[c] and opening > 1e-3:
+            if opening > least * outline.angles[c] and opening > 1e-3:
                 break
             if 0.0 < opening < 1.01 * last:  # in a cusp the chords open in proportion to the leg
                 return leg / 0.6
