@@ -143,12 +143,15 @@ def match_faces(judge, model: str, out: Path) -> None:
     from OCP.GProp import GProp_GProps
     from OCP.TopAbs import TopAbs_FACE
 
+    from fubini.cad.occ import static
+
     known, normals = [], []
     for face in judge.mapped(judge.read_shape(model), TopAbs_FACE):
         normals.append(judge.Face(face, judge.Edge).normal)
         props = GProp_GProps()
-        judge._static(BRepGProp, "SurfaceProperties")(face, props)
-        known.append([*judge._xyz(props.CentreOfMass()), abs(props.Mass()) ** 0.5])
+        static(BRepGProp, "SurfaceProperties")(face, props)
+        centre = props.CentreOfMass()
+        known.append([centre.X(), centre.Y(), centre.Z(), abs(props.Mass()) ** 0.5])
     known = np.array(known)
     mesh = meshio.read(out)
     names = mesh.cell_data["face"][0]
@@ -175,9 +178,11 @@ def take_verdict(judge, verdict: dict, model: str, row: Row) -> None:
     from OCP.TopAbs import TopAbs_EDGE
     from OCP.TopoDS import TopoDS
 
+    from fubini.cad.occ import static
+
     row.short = list(verdict["falls_short"])
     if "excess_flawed" in row.short and verdict["excess_flawed"] <= row.unavoidable - verdict["unavoidable"]:
-        edges = [judge._static(TopoDS, "Edge")(e) for e in judge.mapped(judge.read_shape(model), TopAbs_EDGE)]
+        edges = [static(TopoDS, "Edge")(e) for e in judge.mapped(judge.read_shape(model), TopAbs_EDGE)]
         if any(BRepAdaptor_Curve(edge).Continuity() == GeomAbs_Shape.GeomAbs_C0 for edge in edges):
             row.short.remove("excess_flawed")
             row.granted = verdict["excess_flawed"]

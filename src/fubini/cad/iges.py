@@ -34,6 +34,22 @@ def check_iges(path: Path) -> None:
 
 
 def _check(lines: list[bytes]) -> None:
+    sections = _sections(lines)
+    plain = b"".join(line[:72] for line in sections[b"G"]).startswith(_PLAIN)
+    kinds: dict[int, int] = {}
+    values: dict[int, list[bytes]] = {}
+    for row in range(0, len(sections[b"D"]) - 1, 2):
+        head, tail = sections[b"D"][row : row + 2]
+        if head[:8].strip(b" 0"):  # else it stands for nothing
+            kinds[row + 1] = int(head[:8])
+            values[row + 1] = _values(row + 1, head, tail, sections[b"P"], plain)
+    for pointer, kind in kinds.items() if plain else ():
+        if kind in (_SOLID, _SHELL, _FACE, _LOOP, _EDGES):
+            _Boundary(pointer, kinds, values).check(kind)
+
+
+def _sections(lines: list[bytes]) -> dict[bytes, list[bytes]]:
+    """Lines by the letter of their section; ``ValueError`` where they are not as many as the last line counts."""
     sections: dict[bytes, list[bytes]] = {letter: [] for letter in (b"S", b"G", b"D", b"P", b"T")}
     for number, line in enumerate(lines, start=1):
         if line.strip(b" \x00\x1a"):
@@ -48,29 +64,23 @@ def _check(lines: list[bytes]) -> None:
     for letter, count in _COUNTS.findall(sections[b"T"][0][:32]):
         if int(count) != len(sections[letter]):
             raise ValueError(f"section {letter.decode()} has {len(sections[letter])} lines, not {int(count)}")
-    entries, parameters = sections[b"D"], sections[b"P"]
-    plain = b"".join(line[:72] for line in sections[b"G"]).startswith(_PLAIN)
-    kinds: dict[int, int] = {}
-    values: dict[int, list[bytes]] = {}
-    for row in range(0, len(entries) - 1, 2):
-        if not entries[row][:8].strip(b" 0"):
-            continue  # an entry that stands for nothing
-        first, count = int(entries[row][8:16]), int(entries[row + 1][24:32])
-        own = parameters[first - 1 : first - 1 + count]
-        if first < 1 or len(own) < count or entries[row][:8].split() != entries[row + 1][:8].split():
-            raise ValueError(f"directory entry {row + 1} has no parameters")
-        if any(int(line[64:72]) != row + 1 for line in own):
-            raise ValueError(f"the parameters of directory entry {row + 1} are those of another one")
-        kinds[row + 1] = int(entries[row][:8])
-        text, end, rest = b"".join(line[:64] for line in own).partition(b";")
-        if _CONTROL.search(text + rest):
-            raise ValueError(f"the parameters of directory entry {row + 1} are no text")
-        values[row + 1] = text.split(b",")
-        if not end and plain:
-            raise ValueError(f"the parameters of directory entry {row + 1} have no end")
-    for pointer, kind in kinds.items() if plain else ():
-        if kind in (_SOLID, _SHELL, _FACE, _LOOP, _EDGES):
-            _Boundary(pointer, kinds, values).check(kind)
+    return sections
+
+
+def _values(entry: int, head: bytes, tail: bytes, parameters: list[bytes], plain: bool) -> list[bytes]:
+    """Parameters of a directory entry, given its two lines; they must end where ``plain`` says that they are parted."""
+    first, count = int(head[8:16]), int(tail[24:32])
+    own = parameters[first - 1 : first - 1 + count]
+    if first < 1 or len(own) < count or head[:8].split() != tail[:8].split():
+        raise ValueError(f"directory entry {entry} has no parameters")
+    if any(int(line[64:72]) != entry for line in own):
+        raise ValueError(f"the parameters of directory entry {entry} are those of another one")
+    text, end, rest = b"".join(line[:64] for line in own).partition(b";")
+    if _CONTROL.search(text + rest):
+        raise ValueError(f"the parameters of directory entry {entry} are no text")
+    if not end and plain:
+        raise ValueError(f"the parameters of directory entry {entry} have no end")
+    return text.split(b",")
 
 
 class _Boundary:
