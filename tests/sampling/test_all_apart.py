@@ -32,8 +32,7 @@ def cases():
             yield region, region.diagonal / share
 
 
-def test_where_nodes_are_apart_a_triangulation_of_the_boundary_lowers_nothing(monkeypatch):
-    monkeypatch.setattr(boundaries, "all_apart", lambda *_: False)
+def test_where_nodes_are_apart_a_triangulation_of_the_boundary_lowers_nothing():
     apart = 0
     for region, size in cases():
         boundary, sizing, nodes = regions.discretise(region, size)

@@ -61,11 +61,11 @@ FIELD_ROUNDS = 30
 
 @dataclass(frozen=True)
 class FaceResult:
-    """Mesh of one face, the optimiser's outcome, and the version of the nodes on each of its edges."""
+    """Mesh of one face, the optimiser's outcome, and the version of the nodes on edges that it was made for."""
 
     mesh: FaceMesh
     outcome: OptimiseOutcome
-    versions: bytes
+    version: int
 
 
 def attempt(
@@ -86,7 +86,8 @@ def attempt(
     triangulation, and the core that it leaves out; None where the start is one of those ``tried``, which it joins.
     Raises ``GeometryError`` where boundary segments cross.
     """
-    boundary = with_lone(held(boundary, options, number, number % 2 == 0 and inside is None), lone, size)
+    boundary = held(boundary, outline, options, number, number % 2 == 0 and inside is None)
+    boundary = with_lone(boundary, lone, size)
     asked = optimiser_options(options.min_skew, options.max_aspect_ratio, options.growth, options.max_sag)
     if inside is not None:
         start = whole(constrained_delaunay(np.concatenate([boundary.points, inside]), boundary), outline)
@@ -180,7 +181,7 @@ def follow(
     return filled
 
 
-def held(boundary: Boundary, options: MeshOptions, number: int, legs: bool) -> Boundary:
+def held(boundary: Boundary, outline: Outline, options: MeshOptions, number: int, legs: bool) -> Boundary:
     """The boundary with what attempt ``number`` must not change: shared edges at first, the place of nodes that keep
     a chord tolerance, and with ``legs`` the equal legs of corners that leave no choice for them.
     """
@@ -190,7 +191,7 @@ def held(boundary: Boundary, options: MeshOptions, number: int, legs: bool) -> B
     if options.chord_tolerance is not None:
         kind = np.where(kind == ON_CURVE, FROZEN, kind).astype(np.uint8)
     tightest = corner_limit(options.min_skew) + TIGHT
-    if legs and np.minimum.reduce(boundary.angle) < tightest:
+    if legs and outline.sharpest < tightest:
         kind, mode = hold_legs(boundary, kind, mode, tightest)
     return boundary if kind is boundary.kind and mode is boundary.mode else replace(boundary, kind=kind, mode=mode)
 
@@ -231,7 +232,8 @@ class FaceMesher:
         self.points = points or {}
         self._approach_points()
         self.nodes = self.base
-        self.version = np.zeros(len(sizing.ends), np.int32)
+        self.version = 0
+        self.renewed = np.zeros(len(sizing.ends), np.int64)  # version that came with the present nodes of an edge
         self.results: dict[int, FaceResult] = {}
         self.finer: dict[int, int] = {}
         self.effort: dict[int, int] = {}
@@ -254,7 +256,7 @@ class FaceMesher:
                 self._mesh_face(f)
                 if progress:
                     progress("faces", min(len(self.results), count), count)
-            pending = [f for f in range(count) if self.results[f].versions != self._versions(f)]
+            pending = [f for f in range(count) if self._is_stale(f)]
         return [self.results[f] for f in range(count)]
 
     def _approach_points(self) -> None:
@@ -266,13 +268,15 @@ class FaceMesher:
                     break
                 self.base = self.sizing.resolve()
 
-    def _versions(self, f: int) -> bytes:
-        """Versions of the nodes on the edges of a face."""
-        return self.version[self.sizing.outlines[f].edges].tobytes()
+    def _is_stale(self, f: int) -> bool:
+        """Whether an edge of a face has got other nodes since it was meshed."""
+        version = self.results[f].version
+        return version < self.version and bool((self.renewed[self.sizing.outlines[f].edges] > version).any())
 
     def _renew(self, nodes: EdgeNodes) -> None:
-        """Take other nodes, new versions where they are new."""
-        self.version[nodes.differs(self.nodes)] += 1
+        """Take other nodes, as a new version."""
+        self.version += 1
+        self.renewed[nodes.differs(self.nodes)] = self.version
         self.nodes = nodes
 
     def _mesh_face(self, f: int) -> None:
@@ -296,7 +300,7 @@ class FaceMesher:
             at = self.sizing.boundary(f, self.nodes).points[0]
             raise GeometryError("nothing lies inside the outline: it crosses itself or runs backwards", face=f, at=at)
         self._follow_splits(f, best)
-        self.results[f] = FaceResult(with_core(best.triangulation, core), best, self._versions(f))
+        self.results[f] = FaceResult(with_core(best.triangulation, core), best, self.version)
 
     def _best_attempt(self, f: int) -> tuple[OptimiseOutcome, Core | None]:
         """The attempt that leaves fewest avoidable flaws, the first of those that leave none."""

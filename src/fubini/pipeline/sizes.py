@@ -35,7 +35,7 @@ def size_options(
     """
     parts = model.numbering.parts
     edges, segments, vertices = (
-        by_part(model, f"{what}_{of}", what, asked, wanted or {})
+        by_part(model, f"{what}_{of}", what, asked, wanted or {}) if asked else {}
         for what, of, asked in (
             ("edge", "size", options.edge_size),
             ("edge", "segments", options.edge_segments),
@@ -72,6 +72,8 @@ def shared_out(count: int, shares: dict[int, float]) -> dict[int, int]:
 
 def face_sizes(model: Model, size: float, options: MeshOptions, wanted: Wanted | None = None) -> list[float]:
     """Asked size of every face: its own where one is given, never above ``size``."""
+    if not options.face_size:
+        return [size] * len(model.faces)
     asked = by_part(model, "face_size", "face", options.face_size, wanted or {})
     return [min(size, asked.get(face.index, size)) for face in model.faces]
 

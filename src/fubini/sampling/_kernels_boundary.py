@@ -10,6 +10,7 @@ import math
 import numpy as np
 
 from fubini._jit import inner, kernel
+from fubini.sampling._kernels_apart import all_apart
 from fubini.sampling._kernels_sizes import gathered, grade, lower_face, too_large
 from fubini.tracks._kernels import evaluate_one
 
@@ -179,15 +180,17 @@ def place_nodes(first, s, t, h, radius, step, counts, node_first, node_t):
 
 
 @kernel(allocates=True)
-def lay_nodes(span, t, s, h, ends, radius, tilt, step, vertex_size, vertex_leg, longest, at_least, g, most):
+def lay_nodes(span, t, s, h, ends, radius, tilt, step, vertex_size, longest, at_least, g, most):
     """Nodes of all edges: counts (e,) of segments, node_first (e + 1,) and the parameters node_t.
 
-    See ``grade``, ``envelope``, ``count_nodes`` and ``place_nodes``; radius, vertex_size and vertex_leg change. The
-    graded radius is made longer by ``tilt`` (e, 2). No nodes are laid where they would be more than ``most``, or an
-    edge cannot be counted (its count is below 1): node_t is empty then.
+    See ``grade``, ``envelope``, ``count_nodes`` and ``place_nodes``. The graded radius is made longer by ``tilt``
+    (e, 2). No nodes are laid where they would be more than ``most``, or an edge cannot be counted (its count is below
+    1): node_t is empty then.
     """
     first, t, s, cap = gathered(span, t, s, h)
-    h = cap.copy()
+    h, radius, vertex_size, vertex_leg = cap.copy(), radius.copy(), vertex_size.copy(), np.empty(longest.shape[0])
+    for v in range(longest.shape[0]):
+        vertex_leg[v] = np.inf
     grade(first, s, h, ends, radius, vertex_size, vertex_leg, g, longest)
     for e in range(radius.shape[0]):
         for i in range(2):
@@ -252,9 +255,12 @@ def node_sizes(points, segments, angle, sharp, h, size):
 
 @kernel(allocates=True)
 def gather_face(
-    kinds, offsets, data, loop_first, edges, forward, angles, uses, node_first, node_t, sharp, h
+    kinds, offsets, data, loop_first, edges, forward, angles, uses, node_first, node_t, sharp, h, look, g, factor,
+    threshold,
 ):  # fmt: skip
     """Boundary arrays of one face from the nodes of its edges: points, kind, size, angle, segments, track, t, mode.
+
+    Last comes whether ``look`` is set and ``all_apart`` says so.
 
     ``edges``, ``forward``, ``angles`` (c,) describe the curves in loop order; track j is curve j in the direction of
     its edge, ``uses`` (e,) tells how often an edge bounds a face. The node before curve j has the interior angle
@@ -287,7 +293,8 @@ def gather_face(
                 n += 1
         segments[n - 1, 1] = start
     node_sizes(points, segments, angle, sharp, h, size)
-    return points, kind, size, angle, segments, track, params, mode
+    apart = look and all_apart(points, segments, size, angle, sharp, g, factor, threshold)
+    return points, kind, size, angle, segments, track, params, mode, apart
 
 
 @inner

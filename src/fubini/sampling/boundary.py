@@ -17,7 +17,6 @@ from numpy.typing import ArrayLike, NDArray
 from fubini.errors import GeometryError
 from fubini.sampling import _kernels_boundary as kernels
 from fubini.sampling import _kernels_sizes as kernels_of_sizes
-from fubini.sampling._kernels_apart import all_apart
 from fubini.sampling.legs import SHARP, Legs
 from fubini.sampling.network import Network
 from fubini.sampling.outline import Outline
@@ -51,11 +50,14 @@ class BoundarySizing:
         self.outlines, self.ends = network.outlines, network.ends
         self.tables = EdgeTables(network, options)
         self.legs = Legs(network, options, self.tables)
-        self._sharp = np.count_nonzero(self.legs.radius) > 0
-        self._no_steps = np.zeros(self.legs.radius.shape)
-        self._seen: dict[int, tuple[EdgeNodes, Boundary]] = {}
+        self._sharp = bool(self.legs.radius.any())
+        self._vertex_size = np.empty(network.vertices)
+        self._vertex_size.fill(np.inf)
+        for v, asked in options.vertex_size.items():
+            self._vertex_size[v] = asked
+        self._seen: dict[int, tuple[EdgeNodes, Boundary, bool]] = {}
         if self._sharp:
-            kernels_of_sizes.shorten_legs(*self.tables.pool, self.ends, self.legs.radius, *self._limits())
+            self._shorten_legs(self.legs.radius)
             self.legs.longest[:] = max(1.0, 1.0 / options.gradient)
             self.legs.lengthen()
 
@@ -68,16 +70,17 @@ class BoundarySizing:
         nodes = self._place()
         dirty: Iterable[int] = range(len(self.outlines))
         for round_ in range(self.options.rounds):
+            close = [f for f in dirty if not self._is_apart(f, nodes)]
+            if not close:
+                break
             changed, moved = np.zeros((2, len(self.ends)), np.uint8)
             last = round_ == self.options.rounds - 1
-            tangled = [f for f in dirty if self._look_across(f, nodes, changed, last)]
+            tangled = [f for f in close if self._look_across(f, nodes, changed, last)]
             if not np.count_nonzero(changed):
                 break
             before, nodes = nodes, self._place()
             kernels.find_moved(nodes.first, nodes.t, before.first, before.t, CREEP, moved)
             dirty = self._faces_of(moved, tangled)
-            if not dirty:
-                break
         return nodes
 
     def _faces_of(self, moved: Byte, tangled: list[int]) -> list[int]:
@@ -100,28 +103,27 @@ class BoundarySizing:
 
     def _place(self) -> EdgeNodes:
         """Nodes of all edges from the present sizes."""
-        radius, steps, tilt = self.legs.radius.copy(), self._no_steps, self._no_steps
+        legs, options = self.legs, self.options
+        radius = steps = tilt = legs.radius  # all zero, if no corner is sharp
         if self._sharp:
-            kernels_of_sizes.shorten_legs(*self.tables.pool, self.ends, radius, *self._limits())
-            steps = self.legs.steps(radius)
-            tilt = self.legs.tilt
-        sizes, legs, gradient, longest = self._limits()
+            radius = radius.copy()
+            self._shorten_legs(radius)
+            steps = legs.steps(radius)
+            tilt = legs.tilt
         counts, node_first, node_t = kernels.lay_nodes(
-            *self.tables.pool, self.ends, radius, tilt, steps, sizes, legs, longest, self.tables.at_least, gradient,
-            self.options.most,
+            *self.tables.pool, self.ends, radius, tilt, steps, self._vertex_size, legs.longest, self.tables.at_least,
+            options.gradient, options.most,
         )  # fmt: skip
         if not len(node_t):
             self._refuse(counts)
         return EdgeNodes(node_first, node_t)
 
-    def _limits(self) -> tuple[Float, Float, float, Float]:
-        """Sizes and legs (v,) that vertices allow before grading, the growth, and the longest legs over those sizes."""
-        bounds = np.empty((2, self.network.vertices))
-        bounds.fill(np.inf)
-        sizes, legs = bounds
-        for v, asked in self.options.vertex_size.items():
-            sizes[v] = asked
-        return sizes, legs, self.options.gradient, self.legs.longest
+    def _shorten_legs(self, radius: Float) -> None:
+        """Shorten legs (e, 2) to what the sizes and the growth allow, in place."""
+        legs, longest = np.full(self.network.vertices, np.inf), self.legs.longest
+        kernels_of_sizes.shorten_legs(
+            *self.tables.pool, self.ends, radius, self._vertex_size.copy(), legs, self.options.gradient, longest
+        )
 
     def _refuse(self, counts: NDArray[np.int64]) -> None:
         """Raise for the edge that would need most nodes."""
@@ -139,34 +141,37 @@ class BoundarySizing:
     def boundary(self, face: int, nodes: EdgeNodes) -> Boundary:
         """The boundary of one face, built from the nodes of its edges."""
         seen = self._seen.get(face)
-        if seen is None or seen[0] is not nodes:
-            seen = self._seen[face] = nodes, self._gather(face, nodes)
-        return seen[1]
+        return seen[1] if seen is not None and seen[0] is nodes else self._gather(face, nodes, False)[0]
 
-    def _gather(self, face: int, nodes: EdgeNodes) -> Boundary:
-        """The same, built anew."""
-        outline = self.outlines[face]
-        arrays = kernels.gather_face(
+    def _is_apart(self, face: int, nodes: EdgeNodes) -> bool:
+        """Whether the nodes of a face are known to be so far apart that it has no narrow gap: see ``all_apart``."""
+        # legs of other faces may be too long for gaps that are wide enough for all else (``Legs.make_room``)
+        if self._sharp:
+            return False
+        seen = self._seen.get(face)
+        return seen[2] if seen is not None and seen[0] is nodes else self._gather(face, nodes, True)[1]
+
+    def _gather(self, face: int, nodes: EdgeNodes, look: bool) -> tuple[Boundary, bool]:
+        """``boundary``, built anew; and whether ``look`` is set and shows its nodes apart."""
+        outline, options = self.outlines[face], self.options
+        *arrays, apart = kernels.gather_face(
             *outline.tracks, outline.loop_first, outline.edges, outline.forward, outline.angles, self.network.uses,
-            nodes.first, nodes.t, SHARP, self.options.size,
+            nodes.first, nodes.t, SHARP, options.size, look, options.gradient, options.gap, RESOLVED,
         )  # fmt: skip
         whole = Boundary(*arrays)
         if self._sharp and self.legs.held.any():
             self.legs.hold(outline, whole)
-        return whole if outline.inner == len(outline.edges) else welded(whole, outline.inner)
+        if outline.inner < len(outline.edges):
+            whole, apart = welded(whole, outline.inner), False
+        self._seen[face] = nodes, whole, apart
+        return whole, apart
 
     def _look_across(self, face: int, nodes: EdgeNodes, changed: Byte, last: bool) -> bool:
-        """Triangulate the boundary of one face alone and lower sizes where it sees gaps; not where nodes are all apart.
+        """Triangulate the boundary of one face alone and lower sizes where it sees gaps.
 
         ``changed`` (e,) becomes 1 for the edges whose tables or legs change. True where chords cross.
         """
         boundary, options, outline = self.boundary(face, nodes), self.options, self.outlines[face]
-        # legs of other faces may be too long for gaps that are wide enough for all else (``Legs.make_room``)
-        if not self._sharp and all_apart(
-            boundary.points, boundary.segments, boundary.size, boundary.angle, SHARP, options.gradient, options.gap,
-            RESOLVED,
-        ):  # fmt: skip
-            return False
         n = len(boundary.points)
         triangles, neighbours, _, lost, status, _ = triangulate_all(boundary.points, boundary.segments, n)
         if len(lost) or len(triangles) == 0 or status:

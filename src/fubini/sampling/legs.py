@@ -75,7 +75,8 @@ class Legs:
     def __init__(self, network: Network, options: SizeOptions, tables: EdgeTables) -> None:
         self.outlines, self.ends, self.options, self.tables = network.outlines, network.ends, options, tables
         self.radius = np.zeros((len(self.ends), 2))
-        self.longest = np.ones(network.vertices)
+        self.longest = np.empty(network.vertices)
+        self.longest.fill(1.0)
         self._walled: list[tuple[Outline, int, int, float, list[tuple[int, int]]]] = []
         if network.sharpest >= SHARP:
             return
@@ -83,7 +84,7 @@ class Legs:
         self.tilt = np.zeros(self.radius.shape)
         self.narrowest = np.full(self.radius.shape, SHARP)
         for face, outline in enumerate(self.outlines):
-            if outline.angles.min() < SHARP:
+            if outline.sharpest < SHARP:
                 self._protect_corners(outline, options.fields[face] if options.fields is not None else None)
 
     def _protect_corners(self, outline: Outline, field: Callable[[Float], Float] | None) -> None:

@@ -30,6 +30,7 @@ class Network:
     uses : (e,) how many of them lie on each edge.
     least : (e,) segments that an edge needs so that its loops do not collapse.
     sharpest : least interior angle of all corners, degrees.
+    grain : largest of those of the outlines.
     """
 
     outlines: Sequence[Outline]
@@ -43,6 +44,7 @@ class Network:
     uses: Int
     least: Int
     sharpest: float
+    grain: float
 
     @classmethod
     def of(cls, outlines: Sequence[Outline], ends: ArrayLike) -> Network:
@@ -56,7 +58,7 @@ class Network:
             outlines, ends, int(ends.max(initial=-1)) + 1, joined([outline.tracks for outline in outlines]),
             joined([outline.exact for outline in outlines]), edges, faces, first,
             np.bincount(edges, minlength=len(ends)), _least(outlines, len(ends)),
-            min(float(outline.angles.min()) for outline in outlines),
+            min(outline.sharpest for outline in outlines), max(outline.grain for outline in outlines),
         )  # fmt: skip
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 
@@ -55,6 +56,11 @@ class Outline:
         )  # fmt: skip
         inside = [(curve, edge_number(edge)) for curve, edge in inner]
         return outline._with_edges(region, inside) if inside else outline
+
+    @functools.cached_property
+    def sharpest(self) -> float:
+        """Least angle of the corners, degrees."""
+        return float(np.minimum.reduce(self.angles))
 
     def _with_edges(self, region: Region, inside: list[tuple[Curve, int]]) -> Outline:
         """The same with edges inside the face: curves and numbers of edges."""

@@ -70,8 +70,9 @@ class EdgeTables(Sequence[Table]):
 
     def __init__(self, network: Network, options: SizeOptions) -> None:
         self.options, edges = options, len(network.ends)
-        most, self.at_least = np.empty(edges), np.ones(edges, np.int64)
+        most, self.at_least = np.empty(edges), np.empty(edges, np.int64)
         most.fill(options.size)
+        self.at_least.fill(1)
         for e, size in options.edge_size.items():
             most[e] = min(size, options.size)
         for e, asked in options.edge_segments.items():
@@ -79,7 +80,7 @@ class EdgeTables(Sequence[Table]):
         bent = options.keep_turn or options.chord_tolerance is not None
         bound = np.full(edges, np.inf) if bent else most
         self.span, self.t, self.s, self.h = kernels.sample_tracks(
-            *network.tracks, network.first, float(options.turn), BLUR * max(o.grain for o in network.outlines), bound,
+            *network.tracks, network.first, float(options.turn), BLUR * network.grain, bound,
             self.at_least, int(bent), SPARE,
         )  # fmt: skip
         self.fill = len(self.t) - SPARE
