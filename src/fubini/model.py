@@ -32,11 +32,6 @@ class Frame:
         (a, b, c), (u, v, w) = self.x_axis.tolist(), self.y_axis.tolist()
         return np.array([b * w - c * v, c * u - a * w, a * v - b * u])
 
-    @cached_property
-    def axes(self) -> Float:
-        """Origin and both axes (3, 3), as kernels take them."""
-        return np.array([self.origin, self.x_axis, self.y_axis], float)
-
     def to_plane(self, points: ArrayLike) -> Float:
         """Plane coordinates (n, 2) of space points (n, 3), projected along the normal."""
         d = np.atleast_2d(np.asarray(points, float)) - self.origin

@@ -39,7 +39,8 @@ def written(mesh: FaceMesh, frame: Frame, first: int) -> tuple[np.ndarray, np.nd
     b, n, m = len(mesh.boundary.points), len(mesh.points), len(mesh.triangles)
     points[: n - b] = frame.to_space(mesh.points[b:])
     triangles[:m] = mesh.triangles + np.where(mesh.triangles < b, 0, first - b)
-    mesh.core.write(frame.axes, first, first + n - b, points[n - b :], triangles[m:])
+    axes = np.array([frame.origin, frame.x_axis, frame.y_axis])
+    mesh.core.write(axes, first, first + n - b, points[n - b :], triangles[m:])
     return points, triangles
 
 

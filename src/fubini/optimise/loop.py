@@ -6,6 +6,7 @@ import math
 
 from numpy.typing import ArrayLike
 
+from fubini.optimise._kernels_loop import COUNT, DISTURB, MEND, POLISH, RELAX, WHOLE, drive
 from fubini.optimise._kernels_state import (
     AFTER,
     ATTEMPTS,
@@ -78,13 +79,13 @@ def _driven(state: State, options: OptimiseOptions) -> State:
 def _outcome(state: State, found: ReadOut) -> OptimiseOutcome:
     """What came of an optimised state, as it was read out."""
     counts = state.counts.tolist()
-    excess, worst = counts[EXCESS], []
+    excess: int = counts[EXCESS]
+    worst: tuple[tuple[float, float], ...] = ()
     if excess:
-        worst = state.points[state.tri[state.low[:excess]]].mean(1).tolist()
+        worst = tuple((x, y) for x, y in state.points[state.tri[state.low[:excess]]].mean(1).tolist())
     return OptimiseOutcome(
         found.mesh, dict(zip(MOVES, counts[FIRST_MOVE:], strict=False)), counts[BEFORE], counts[AFTER], excess,
-        found.splits, excess > 0 and counts[ATTEMPTS] > counts[BUDGET], tuple((x, y) for x, y in worst),
-        counts[ATTEMPTS],
+        found.splits, excess > 0 and counts[ATTEMPTS] > counts[BUDGET], worst, counts[ATTEMPTS],
     )  # fmt: skip
 
 
@@ -96,8 +97,6 @@ def improvement_goal(options: OptimiseOptions) -> float:
 
 def run(state: State, scratch: Work, options: OptimiseOptions) -> State:
     """Descend, search with kicks, refine and search again, polish; the state may move to larger arrays."""
-    from fubini.optimise._kernels_loop import POLISH, WHOLE, drive
-
     goal = improvement_goal(options)
     status, _ = drive(state.words, scratch.words, WHOLE, 2, goal, options.improve)
     if status not in (FULL, STUCK):
@@ -118,8 +117,6 @@ def run(state: State, scratch: Work, options: OptimiseOptions) -> State:
 
 def step(state: State, scratch: Work, task: int) -> tuple[int, float]:
     """One step of the search: (status, total cost)."""
-    from fubini.optimise._kernels_loop import drive
-
     status, cost = drive(state.words, scratch.words, task, 2, 0.0, 0.0)
     return status, cost
 
@@ -129,8 +126,6 @@ def descend(state: State, scratch: Work) -> tuple[State, int]:
 
     The state may move to larger arrays.
     """
-    from fubini.optimise._kernels_loop import MEND
-
     while (status := step(state, scratch, MEND)[0]) == FULL:
         state = extend_state(state, 2 * len(state.points))
     return state, status
@@ -138,7 +133,6 @@ def descend(state: State, scratch: Work) -> tuple[State, int]:
 
 def refine_flaws(state: State, scratch: Work) -> tuple[State, int]:
     """Delaunay refinement at what is flawed, then moves again; the better of the states before and after."""
-    from fubini.optimise._kernels_loop import COUNT
     from fubini.optimise._kernels_rescue import rescue
 
     before, after = copy_of(state), FULL
@@ -155,8 +149,6 @@ def refine_flaws(state: State, scratch: Work) -> tuple[State, int]:
 
 def search(state: State, scratch: Work, rounds: int, patience: int) -> tuple[State, int]:
     """Relax, disturb and descend in turns, until nothing is flawed or ``rounds`` are over. (best state seen, status)"""
-    from fubini.optimise._kernels_loop import COUNT, DISTURB, RELAX
-
     best, stale = copy_of(state), 0
     reached, lowest = step(state, scratch, COUNT)
     for turn in range(rounds):

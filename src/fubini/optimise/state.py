@@ -10,6 +10,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from fubini.optimise._kernels_copy import read_out
+from fubini.optimise._kernels_start import start
 from fubini.optimise._kernels_state import (
     AR,
     ATTEMPTS,
@@ -150,8 +152,6 @@ def started(
     The wanted edge length is ``size`` (n,) at all nodes; where it is None, that of the boundary's nodes there, and
     inside ``most`` or, where this is infinite, the mean length of the edges at a node.
     """
-    from fubini.optimise._kernels_start import start
-
     boundary = tri.boundary
     own = writable(boundary.size, float)
     status, changes = start(
@@ -184,7 +184,7 @@ def _kept_state(room: int, options: OptimiseOptions, tracks: Tracks) -> State:
     """A state of so many nodes and segments, in a thread always of the same arrays: to make them takes long."""
     kept: dict[int, tuple[list[NDArray], NDArray[np.int64]]] = _kept.__dict__.setdefault("states", {})
     if room not in kept:
-        arrays = [*_arrays(room, 2 * room, room), rule_of(options).copy()]
+        arrays = [*_arrays(room, 2 * room, room), np.empty(len(rule_of(options)))]
         kept[room] = arrays, State(*[*arrays, *tracks]).words
     arrays, words = kept[room]
     arrays[-1][:] = rule_of(options)
@@ -238,8 +238,6 @@ def read_state(
 
     ``tri`` is where the state started from: it gives the modes of the segments and the angles of the nodes.
     """
-    from fubini.optimise._kernels_copy import read_out
-
     old = tri.boundary
     points, triangles, neighbours, kind, size, angle, segments, track, t, mode, fresh, moves, left, square = read_out(
         state.words, writable(old.angle, float), writable(old.mode, np.uint8), limit, kept

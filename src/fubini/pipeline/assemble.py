@@ -52,12 +52,13 @@ def assemble(model: Model, network: Network, results: list[FaceResult]) -> Assem
     rows, *_, inner, count = starts[-1].tolist()
     points, triangles = np.empty((rows + inner, 3)), np.empty((count, 3), np.int32)
     vertices, places = _lone_places(model)
+    axes = np.array([(f.frame.origin, f.frame.x_axis, f.frame.y_axis) for f in model.faces], float)
     pieces = model.numbering.pieces
     total, index, segments, edge_of, t, far, lifted = kernels.assemble(
         *network.exact, _stacked([b.segments for b in boundaries]), _stacked([b.track for b in boundaries]),
         _stacked([b.t for b in boundaries]), network.edges, model.numbering.vertices,
         NO_SPANS if pieces is None else pieces.spans, model.numbering.edges,
-        np.array([face.frame.axes for face in model.faces]), starts, vertices, places,
+        axes, starts, vertices, places,
         _stacked([mesh.points for mesh in meshes]), _stacked([mesh.triangles for mesh in meshes]),
         0.5 * SAME_POINT * model.diagonal, points, triangles,
     )  # fmt: skip
@@ -66,14 +67,14 @@ def assemble(model: Model, network: Network, results: list[FaceResult]) -> Assem
         owners = np.repeat(np.arange(len(results)), np.diff(starts[:, kernels.NODES]))
         _reconcile(points[:total], lifted, index, owners, [face.frame for face in model.faces], model.diagonal)
     face_of, maps = np.empty(count, np.int32), []
-    for face, mesh, start, stop in zip(model.faces, meshes, starts.tolist(), starts[1:].tolist()):
+    for face, mesh, plane, start, stop in zip(model.faces, meshes, axes, starts.tolist(), starts[1:].tolist()):
         face_of[start[kernels.TRIANGLES] : stop[kernels.TRIANGLES]] = face.index
         maps.append(index[start[kernels.NODES] : stop[kernels.NODES]])
         if mesh.core is not None:
             first = total + start[kernels.INNER]
             own = first + len(mesh.points) - len(mesh.boundary.points)
             part = slice(start[kernels.TRIANGLES] + len(mesh.triangles), stop[kernels.TRIANGLES])
-            mesh.core.write(face.frame.axes, first, own, points[own : total + stop[kernels.INNER]], triangles[part])
+            mesh.core.write(plane, first, own, points[own : total + stop[kernels.INNER]], triangles[part])
     lone = _lone(model, results, maps) if len(vertices) else {}
     return Assembly(points, triangles, face_of, segments, edge_of, t, tuple(maps), lone)
 

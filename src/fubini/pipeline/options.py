@@ -148,8 +148,8 @@ def check_count(model: Model, size: float) -> None:
     Raises OptionError with the smallest size that is allowed.
     """
     triangle = math.sqrt(3.0) / 4.0 * size * size
-    if sum(face.region.box_area for face in model.faces) <= MAX_TRIANGLES * triangle:
-        return  # the areas are within their boxes, and cost more
+    if sum(face.region.diagonal**2 for face in model.faces) <= 2.0 * MAX_TRIANGLES * triangle:
+        return  # no area is more than half the square of the diagonal of its box, and areas cost more
     area = sum(face.region.area for face in model.faces)
     if triangle == 0.0 or area / triangle > MAX_TRIANGLES:
         least = math.sqrt(area / MAX_TRIANGLES / (math.sqrt(3.0) / 4.0))

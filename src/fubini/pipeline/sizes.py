@@ -34,14 +34,10 @@ def size_options(
     that the model does not have.
     """
     parts = model.numbering.parts
-    edges, segments, vertices = (
-        by_part(model, f"{what}_{of}", what, asked, wanted or {}) if asked else {}
-        for what, of, asked in (
-            ("edge", "size", options.edge_size),
-            ("edge", "segments", options.edge_segments),
-            ("vertex", "size", options.vertex_size),
-        )
-    )
+    wanted = wanted or {}
+    edges = by_part(model, "edge_size", "edge", options.edge_size, wanted) if options.edge_size else {}
+    segments = by_part(model, "edge_segments", "edge", options.edge_segments, wanted) if options.edge_segments else {}
+    vertices = by_part(model, "vertex_size", "vertex", options.vertex_size, wanted) if options.vertex_size else {}
     by_edge = {part: h for e, h in edges.items() for part in parts(e)}
     for outline, h in zip(outlines, of_faces, strict=True):
         for e in outline.edges.tolist() if h < size else ():

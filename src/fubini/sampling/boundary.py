@@ -50,7 +50,7 @@ class BoundarySizing:
         self.outlines, self.ends = network.outlines, network.ends
         self.tables = EdgeTables(network, options)
         self.legs = Legs(network, options, self.tables)
-        self._sharp = bool(self.legs.radius.any())
+        self._sharp = network.sharpest < SHARP and bool(self.legs.radius.any())
         self._vertex_size = np.empty(network.vertices)
         self._vertex_size.fill(np.inf)
         for v, asked in options.vertex_size.items():

@@ -55,7 +55,9 @@ class Outline:
             np.round(region.corner_angles, 6), layout.before, len(edges), region.diagonal * 2.0**-GRID_BITS,
         )  # fmt: skip
         inside = [(curve, edge_number(edge)) for curve, edge in inner]
-        return outline._with_edges(region, inside) if inside else outline
+        outline = outline._with_edges(region, inside) if inside else outline
+        _ = outline.tracks.words  # derived with all else that no size changes
+        return outline
 
     @functools.cached_property
     def sharpest(self) -> float:

@@ -20,6 +20,9 @@ INTERIOR, ON_CURVE, CORNER, FROZEN = 0, 1, 2, 3
 #: (it is shared with another face); nothing (it is an interface or was fixed by the user).
 FREE, SPLIT_ONLY, LOCKED = 0, 1, 2
 
+#: No indices.
+NONE: Int = np.empty(0, np.int32)
+
 
 @dataclass(frozen=True)
 class Boundary:
@@ -70,8 +73,8 @@ class Triangulation:
     triangles: Int
     neighbours: Int
     boundary: Boundary
-    unrecovered: Int = field(default_factory=lambda: np.empty(0, np.int32))
-    dropped: Int = field(default_factory=lambda: np.empty(0, np.int32))
+    unrecovered: Int = field(default_factory=lambda: NONE)
+    dropped: Int = field(default_factory=lambda: NONE)
 
 
 @dataclass(frozen=True)
