@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from fubini.measure import BoundaryFigures, Measures, compare_with_curves, measure, triangle_figures
+from fubini.measure import BLOCK, BoundaryFigures, Measures, compare_with_curves, measure, triangle_figures
 from fubini.quality import corner_limit
 from fubini.result import Certificate, Corner, FaceCertificate
 from fubini.tolerance import AREA, FLAT, MAX_ASPECT_RATIO, MIN_SKEW, ON_CURVE
@@ -213,13 +213,24 @@ def _find_flaws(
 
 def _boundary_figures(face: Face, points: Float, outline: Outline, evaluate: Evaluate) -> BoundaryFigures:
     """Compare the nodes with the curve at their own parameters, and chords with the curve between."""
-    k, inner = len(outline.segments), len(CHORD_SAMPLES)
-    t0, t1 = outline.t[:, :1], outline.t[:, 1:]
-    params = np.hstack([outline.t, t0 + (t1 - t0) * CHORD_SAMPLES])
-    curves = np.repeat(np.maximum(outline.curve, 0), inner + 2).astype(np.int32)
+    k = len(outline.segments)
+    blocks = [slice(i, i + BLOCK) for i in range(0, max(k, 1), BLOCK)]  # small enough to stay in the cache
+    found = [_block_figures(face, points, outline, evaluate, block) for block in blocks]
+    if len(found) == 1:
+        return found[0]
+    return BoundaryFigures(*(np.concatenate([getattr(f, x) for f in found]) for x in ("node", "chord", "length")))
+
+
+def _block_figures(face: Face, points: Float, outline: Outline, evaluate: Evaluate, block: slice) -> BoundaryFigures:
+    """The same for a block of the segments."""
+    t, curve = outline.t[block], outline.curve[block]
+    k, inner = len(t), len(CHORD_SAMPLES)
+    t0, t1 = t[:, :1], t[:, 1:]
+    params = np.hstack([t, t0 + (t1 - t0) * CHORD_SAMPLES])
+    curves = np.repeat(np.maximum(curve, 0), inner + 2).astype(np.int32)
     on_curve = face.frame.to_space(evaluate(curves, params.ravel())).reshape(k, inner + 2, 3)
-    found = compare_with_curves(points, outline.segments, on_curve)
-    found.node[outline.curve < 0], found.chord[outline.curve < 0] = 0.0, 0.0
+    found = compare_with_curves(points, outline.segments[block], on_curve)
+    found.node[curve < 0], found.chord[curve < 0] = 0.0, 0.0
     return found
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fubini.optimise import OptimiseOptions, even_out, optimise, smooth
-from fubini.optimise.levels import levelled
+from fubini.optimise.levels import Uneven, levelled
 from fubini.optimise.pocket import Pocket, slides
 from fubini.quality import areas, growth_rates, skewness
 from fubini.tracks import evaluate
@@ -49,6 +49,25 @@ def test_pairs_left_by_evening_out_are_levelled(seed):
     assert worst[1] >= min(50.0, worst[0]) - 1e-9
     assert levelled(coarse, tracks, LIMITED).points.tobytes() == done.points.tobytes()
     assert levelled(done, tracks, OptimiseOptions(growth=3.0)) is done
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_pairs_are_kept_up_with_what_changes(seed, monkeypatch):
+    """Looking at the whole mesh after every change took most of the time of large faces."""
+    after, seen = Uneven.after, []
+
+    def compared(self, mesh, pocket, trial, options):
+        found, anew = after(self, mesh, pocket, trial, options), Uneven.of(mesh, options)
+        seen.append((trial.slid is None, len(found.ratio)))
+        for name in vars(anew):
+            np.testing.assert_array_equal(getattr(found, name), getattr(anew, name))
+        return found
+
+    monkeypatch.setattr(Uneven, "after", compared)
+    coarse, tracks = scattered(seed)
+    levelled(coarse, tracks, replace(LIMITED, growth=1.3))
+    assert sum(whole for whole, _ in seen) > 3
+    assert min(pairs for _, pairs in seen) > 0
 
 
 def test_what_is_flawed_is_left_alone():

@@ -17,6 +17,7 @@ from fubini.tracks import NO_TRACKS, Tracks
 from fubini.triangulation.value import Triangulation
 
 Float = NDArray[np.float64]
+Index = NDArray[np.intp]
 
 #: Pairs looked at in one face at most, worst first, and how many in a row to no avail.
 PAIRS, PATIENCE = 20, 4
@@ -66,16 +67,19 @@ def levelled(triangulation: Triangulation, tracks: Tracks, options: OptimiseOpti
     triangles stay as they are, and so does every shared edge.
     """
     tried: set[tuple[float, ...]] = set()
-    failed, pairs = 0, _uneven(triangulation, options)
-    while pairs and failed < PATIENCE and len(tried) < PAIRS:
-        pair = pairs.pop(0)
+    failed, next_, uneven = 0, 0, Uneven.of(triangulation, options)
+    while next_ < len(uneven.ratio) and failed < PATIENCE and len(tried) < PAIRS:
+        pair = uneven.pair(next_)
+        next_ += 1
         if (place := _place(triangulation, pair)) in tried:
             continue
         tried.add(place)
-        new = _levelled_at(triangulation, tracks, pair, options)
+        pocket = Pocket.around(triangulation, list(pair), RINGS, set(np.flatnonzero(uneven.flawed).tolist()))
+        best = _best_trial(pocket, tracks, pair, uneven, options)
         failed += 1
-        if new is not None:
-            triangulation, failed, pairs = new, 0, _uneven(new, options)
+        if best is not None:
+            triangulation, failed, next_ = pocket.put_back(best.mesh, best.slid), 0, 0
+            uneven = uneven.after(triangulation, pocket, best, options)
     return triangulation
 
 
@@ -99,16 +103,70 @@ def _flawed_shape(options: OptimiseOptions) -> float:
     return float(1.0 / np.tan(np.radians(options.min_skew)))
 
 
-def _uneven(triangulation: Triangulation, options: OptimiseOptions) -> list[tuple[int, int]]:
-    """Pairs of triangles (smaller, larger), neither flawed, that differ by more than the limit; worst first."""
-    size, shape, _ = _sizes(triangulation.points, triangulation.triangles)
-    size = np.where(shape < _flawed_shape(options), size, np.nan)
-    t, i = np.nonzero(triangulation.neighbours > np.arange(len(size))[:, None])
-    u = triangulation.neighbours[t, i]
-    ratio = np.maximum(size[t], size[u]) / np.minimum(size[t], size[u])
-    over = np.flatnonzero(ratio > options.growth)
-    over = over[np.argsort(-ratio[over], kind="stable")]
-    return [(a, b) if size[a] < size[b] else (b, a) for a, b in zip(t[over].tolist(), u[over].tolist(), strict=True)]
+@dataclass(frozen=True)
+class Uneven:
+    """Pairs of neighbours, neither flawed, that differ in size by more than the limit; worst first.
+
+    size, flawed : (m,) mean edge length of each triangle, and whether it is flawed.
+    first, side : (p,) the earlier triangle of each pair, and its local edge.
+    second : (p,) the later one.
+    ratio : (p,) of their sizes, 1 or more.
+    """
+
+    size: Float
+    flawed: NDArray[np.bool_]
+    first: Index
+    side: Index
+    second: Index
+    ratio: Float
+
+    @classmethod
+    def of(cls, mesh: Triangulation, options: OptimiseOptions) -> Uneven:
+        """Those of a whole mesh."""
+        size, shape, _ = _sizes(mesh.points, mesh.triangles)
+        none = np.empty(0, np.intp)
+        start = cls(size, shape >= _flawed_shape(options), none, none, none, np.empty(0))
+        first, side = np.nonzero(mesh.neighbours > np.arange(len(size))[:, None])
+        return start._with(first, side, mesh, options)
+
+    def _with(self, first: Index, side: Index, mesh: Triangulation, options: OptimiseOptions) -> Uneven:
+        """The same with such of these pairs (q,) as count; ``side`` of ``first`` has a later triangle beyond."""
+        second = mesh.neighbours[first, side].astype(np.intp)
+        a, b = self.size[first], self.size[second]
+        ratio = np.maximum(a, b) / np.minimum(a, b)
+        over = np.flatnonzero((ratio > options.growth) & ~self.flawed[first] & ~self.flawed[second])
+        own, new = (self.first, self.side, self.second, self.ratio), (first, side, second, ratio)
+        first, side, second, ratio = (np.concatenate([x, y[over]]) for x, y in zip(own, new, strict=True))
+        order = np.lexsort((side, first, -ratio))
+        return replace(self, first=first[order], side=side[order], second=second[order], ratio=ratio[order])
+
+    def pair(self, k: int) -> tuple[int, int]:
+        """The smaller and the larger triangle of pair k."""
+        a, b = int(self.first[k]), int(self.second[k])
+        return (a, b) if self.size[a] < self.size[b] else (b, a)
+
+    def after(self, mesh: Triangulation, pocket: Pocket, trial: Trial, options: OptimiseOptions) -> Uneven:
+        """Those of the mesh into which a trial has been put back: its triangles come last, the others stay in order.
+
+        Only what changed is looked at, for a large mesh is put together many times.
+        """
+        if trial.slid is not None:  # triangles beside the pocket may have changed too
+            return Uneven.of(mesh, options)
+        kept = np.ones(len(self.size), bool)
+        kept[pocket.rows] = False
+        number = np.cumsum(kept) - 1
+        size, shape, _ = _sizes(trial.mesh.points, trial.mesh.triangles)
+        fresh = np.arange(len(mesh.triangles) - len(size), len(mesh.triangles))
+        stay = kept[self.first] & kept[self.second]
+        same = Uneven(
+            np.concatenate([self.size[kept], size]),
+            np.concatenate([self.flawed[kept], shape >= _flawed_shape(options)]),
+            number[self.first[stay]], self.side[stay], number[self.second[stay]], self.ratio[stay],
+        )  # fmt: skip
+        beyond = mesh.neighbours[fresh]
+        rows = np.concatenate([np.unique(beyond[(beyond >= 0) & (beyond < fresh[0])]), fresh]).astype(np.intp)
+        at, side = np.nonzero(mesh.neighbours[rows] >= np.maximum(rows + 1, fresh[0])[:, None])
+        return same._with(rows[at], side, mesh, options)
 
 
 def _excess(mesh: Triangulation, outside: Float, size: Float, limit: float) -> float:
@@ -123,14 +181,13 @@ def _excess(mesh: Triangulation, outside: Float, size: Float, limit: float) -> f
     return float((share * np.where(over > 0.0, over**2 + EACH, 0.0)).sum())
 
 
-def _levelled_at(
-    whole: Triangulation, tracks: Tracks, pair: tuple[int, int], options: OptimiseOptions
-) -> Triangulation | None:
-    """The triangulation meshed anew around a pair; None where no trial is good enough."""
-    size, shape, _ = _sizes(whole.points, whole.triangles)
-    flawed = shape >= _flawed_shape(options)
-    pocket = Pocket.around(whole, list(pair), RINGS, set(np.flatnonzero(flawed).tolist()))
-    outside = np.append(np.where(flawed, np.nan, size), np.nan)[np.maximum(pocket.outside, -1)]
+def _best_trial(
+    pocket: Pocket, tracks: Tracks, pair: tuple[int, int], uneven: Uneven, options: OptimiseOptions
+) -> Trial | None:
+    """The pocket around a pair meshed anew; None where no trial is good enough."""
+    size = uneven.size
+    beyond = np.maximum(pocket.outside, 0)
+    outside = np.where((pocket.outside >= 0) & ~uneven.flawed[beyond], size[beyond], np.nan)
     _, shapes, lengths = _sizes(pocket.triangulation.points, pocket.triangulation.triangles)
     worst, longest = max(float(shapes.max()), least_kept(options)), LONGER * float(lengths.max())
     least = LESS * _excess(pocket.triangulation, outside, size[pocket.rows], options.growth)
@@ -145,7 +202,7 @@ def _levelled_at(
             best, least = Trial(mesh, slid, excess), excess
         if excess == 0.0:
             break
-    return None if best is None else pocket.put_back(best.mesh, best.slid)
+    return best
 
 
 def _finished(start: Triangulation, options: OptimiseOptions) -> Triangulation:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -105,13 +106,13 @@ class Pocket:
         whole, rim = self.whole, self.rim
         stays, kept = np.ones(len(whole.points), bool), np.ones(len(whole.triangles), bool)
         stays[self.nodes[rim:]], kept[self.rows] = False, False
-        number, row = np.cumsum(stays) - 1, np.cumsum(kept) - 1
-        points = np.concatenate([whole.points[stays], new.points[rim:]])
-        names = np.concatenate([number[self.nodes[:rim]], np.arange(number[-1] + 1, len(points))])
-        triangles = np.concatenate([number[whole.triangles[kept]], names[new.triangles]]).astype(np.int32)
+        number, row = (np.cumsum(mask, dtype=np.int32) - np.int32(1) for mask in (stays, kept))
+        points = np.concatenate([without(whole.points, self.nodes[rim:]), new.points[rim:]])
+        names = np.concatenate([number[self.nodes[:rim]], np.arange(number[-1] + 1, len(points), dtype=np.int32)])
+        triangles = np.concatenate([number[without(whole.triangles, self.rows)], names[new.triangles]])
         first = int(row[-1]) + 1
-        old, fresh = whole.neighbours[kept], new.neighbours.copy()
-        old = np.where(old >= 0, row[np.maximum(old, 0)], old)
+        old, fresh = without(whole.neighbours, self.rows), new.neighbours.copy()
+        old = np.where(old >= 0, row.take(old, mode="clip"), old)
         fresh[fresh >= 0] += first
         at, side = np.nonzero(new.neighbours < 0)
         beyond = self.outside[-1 - new.neighbours[at, side]]
@@ -128,8 +129,14 @@ class Pocket:
             places[self.nodes[v]] = points[self.nodes[v]] = new.points[v]
             params[s, 1] = params[r, 0] = parameter
             boundary = replace(boundary, points=places, t=params)
-        neighbours = np.concatenate([old, fresh]).astype(np.int32)
+        neighbours = np.concatenate([old, fresh])
         return Triangulation(points, triangles, neighbours, boundary, whole.unrecovered)
+
+
+def without(values: NDArray[Any], rows: Index) -> NDArray[Any]:
+    """The array without these few rows, ascending: what lies between them is copied as it stands."""
+    ends = np.append(rows, len(values)).tolist()
+    return np.concatenate([values[a:b] for a, b in zip([0, *(r + 1 for r in ends[:-1])], ends, strict=True)])
 
 
 def slides(whole: Boundary, tracks: Tracks, s: int, r: int, share: float) -> tuple[float, Float]:
