@@ -17,7 +17,7 @@ skfem = pytest.importorskip("skfem")
 from skfem.helpers import dot, grad  # noqa: E402
 
 ORDERS = pytest.mark.parametrize("order", [1, 2])
-SIZES = (0.06, 0.03, 0.015)
+SIZES = (0.04, 0.02, 0.01)
 
 
 def element(order):

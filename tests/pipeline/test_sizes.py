@@ -188,6 +188,20 @@ def test_legs_of_sharp_corners_meet_what_their_edges_ask(seed):
     assert longest_edge(field) <= 1.7 * 0.4 * size
 
 
+@pytest.mark.parametrize(
+    ("make", "low"), [(regions.quarter_disk, 110), (regions.square, 160), (regions.annulus_quarter, 160)]
+)
+def test_small_faces_get_hardly_more_triangles_than_their_area_asks_for(make, low):
+    region = make()
+    asked = np.geomspace(low, 800, 24)
+    meshes = [mesh_of(region, (region.area / count / (3**0.5 / 4)) ** 0.5) for count in asked]
+    share = np.array([len(mesh.triangles) for mesh in meshes]) / asked
+    assert share.max() < 1.1
+    assert 1.0 < share.mean() < 1.06
+    assert np.mean([mesh.quality["skewness"].mean() for mesh in meshes]) > 83.5
+    assert all(mesh.certificate.certified and mesh.certificate.longest_edge < 1.7 * mesh.size for mesh in meshes)
+
+
 @pytest.mark.parametrize("make", [regions.quarter_disk, regions.plate, regions.gear, regions.annulus_quarter])
 @pytest.mark.parametrize("count", [2000, 6000])
 def test_uniform_sizes(make, count):

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from fubini._jit import inner
 from fubini.optimise._kernels_cavity import local, new_node
 from fubini.optimise._kernels_state import DONE, FULL, INSERTED, NODES, QUEUED, STAMP, TRIANGLES
@@ -19,6 +21,11 @@ ROOT3 = math.sqrt(3.0)
 NODE_DISTANCE, SEGMENT_DISTANCE = 0.65, 0.5
 #: triangles looked at around a new point
 NEAR = 48
+#: where about as many triangles are wanted as of one size, up to this ratio, the largest triangles go first: the limit
+#: comes down in so many steps of that height, until there are as many triangles as are wanted, and this share more
+EVEN, STEPS, STEP, FILLED = 1.1, 2, 0.075, 1.05
+#: more triangles than there are
+MANY = 2**31 - 1
 
 
 @inner
@@ -240,34 +247,70 @@ def grade(S, h, gradient):
 
 
 @inner
+def room(S, h):
+    """How many equilateral triangles of the sizes wanted at the nodes there is room for, and how many of size h."""
+    total = area2 = 0.0
+    for t in range(S.counts[TRIANGLES]):
+        a, b, c = S.tri[t, 0], S.tri[t, 1], S.tri[t, 2]
+        ax, ay = S.points[a, 0], S.points[a, 1]
+        bx, by, cx, cy = S.points[b, 0] - ax, S.points[b, 1] - ay, S.points[c, 0] - ax, S.points[c, 1] - ay
+        size, twice = S.size[a] + S.size[b] + S.size[c], bx * cy - by * cx
+        total += 9.0 * twice / (size * size)
+        area2 += twice
+    return 2.0 / ROOT3 * total, 2.0 / ROOT3 * area2 / (h * h)
+
+
+@inner
+def fill_in(S, W, h, gradient, limit, everywhere, most):
+    """Insert points until no triangle is oversize, or there are ``most``.
+
+    ``everywhere`` takes every edge for the front. Returns how many triangles got no point; -1 where arrays are full.
+    """
+    S.counts[QUEUED] = 0
+    head = failed = 0
+    for t in range(S.counts[TRIANGLES]):
+        push(S, t, limit)
+    while head < S.counts[QUEUED] and S.counts[TRIANGLES] < most:
+        t = S.todo[head % S.todo.shape[0]]
+        head += 1
+        if not oversize(S, t, limit):
+            continue
+        if S.counts[NODES] + 4 > S.points.shape[0] or S.counts[TRIANGLES] + 8 > S.tri.shape[0]:
+            return -1
+        if S.counts[QUEUED] - head > S.todo.shape[0] - 64:
+            return -1
+        v = try_triangle(S, W, t, h, gradient, limit, everywhere)
+        if v >= 0:
+            S.counts[INSERTED] += 1
+            push_star(S, v, limit)
+        else:
+            failed += 1
+    return failed
+
+
+@inner
 def advance(S, W, h, gradient, limit):
     """Insert points from the boundary inwards until no triangle is oversize. DONE or FULL.
 
-    ``S.size`` holds the sizes wanted at the nodes; interior ones are lowered to the gradient first. A second pass takes
-    every edge for the front, where the first found no room.
+    ``S.size`` holds the sizes wanted at the nodes; interior ones are lowered to the gradient first. Where these
+    sizes differ little, points stop once there are as many triangles as these sizes ask for. A last pass takes every
+    edge for the front, where the others found no room.
     """
     grade(S, h, gradient)
-    for turn in range(2):
-        S.counts[QUEUED] = 0
-        head = failed = 0
-        loose = limit if turn == 0 else 1.25 * limit
-        for t in range(S.counts[TRIANGLES]):
-            push(S, t, loose)
-        while head < S.counts[QUEUED]:
-            t = S.todo[head % S.todo.shape[0]]
-            head += 1
-            if not oversize(S, t, loose):
-                continue
-            if S.counts[NODES] + 4 > S.points.shape[0] or S.counts[TRIANGLES] + 8 > S.tri.shape[0]:
-                return FULL
-            if S.counts[QUEUED] - head > S.todo.shape[0] - 64:
-                return FULL
-            v = try_triangle(S, W, t, h, gradient, loose, turn == 1)
-            if v >= 0:
-                S.counts[INSERTED] += 1
-                push_star(S, v, loose)
-            else:
-                failed += 1
-        if failed == 0:
-            break
-    return DONE
+    wanted, uniform = room(S, h)
+    steps, most = 0, MANY
+    if wanted < EVEN * uniform:
+        steps, most = STEPS, np.int64(FILLED * wanted)
+    failed, loose, everywhere, enough = 0, limit + steps * STEP, False, MANY
+    while True:
+        found = fill_in(S, W, h, gradient, loose, everywhere, enough)
+        if found < 0:
+            return FULL
+        failed = max(failed, found)
+        if steps > 0 and S.counts[TRIANGLES] < most:
+            steps -= 1
+            loose, enough = limit + steps * STEP, most
+        elif failed > 0 and not everywhere:
+            steps, loose, everywhere, enough = 0, 1.25 * limit, True, MANY
+        else:
+            return DONE
