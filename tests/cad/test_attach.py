@@ -6,11 +6,17 @@ import numpy as np
 import pytest
 import trimesh
 from OCP.BRep import BRep_Tool
+from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakeWire
 from OCP.BRepMesh import BRepMesh_IncrementalMesh
+from OCP.BRepPrimAPI import BRepPrimAPI_MakePrism
+from OCP.GC import GC_MakeArcOfCircle
+from OCP.Geom import Geom_BezierCurve, Geom_Ellipse
+from OCP.gp import gp_Ax2, gp_Pnt, gp_Vec
 from OCP.StlAPI import StlAPI_Writer
 from OCP.TopLoc import TopLoc_Location
 from scipy.spatial import cKDTree
 
+import fubini
 from cad import shapes as S
 from cad.hand_mesh import hand_mesh
 from fubini.cad import attach, load, occ
@@ -71,6 +77,47 @@ def test_parts_placed_several_times_share_the_first_mesh(tmp_path):
     StlAPI_Writer().Write(shape, str(tmp_path / "out.stl"))
     found = trimesh.load(tmp_path / "out.stl")
     assert found.is_watertight and len(found.faces) >= len(mesh.triangles)
+
+
+def prism(curve):
+    """A sketch of a curve and the line back to its start, extruded: both ends are one face, placed twice."""
+    a, b = (curve.Value(t) for t in (curve.FirstParameter(), curve.LastParameter()))
+    wire = BRepBuilderAPI_MakeWire(BRepBuilderAPI_MakeEdge(curve).Edge())
+    if a.Distance(b) > 1e-9:
+        wire.Add(BRepBuilderAPI_MakeEdge(b, a).Edge())
+    face = BRepBuilderAPI_MakeFace(wire.Wire()).Face()
+    return BRepPrimAPI_MakePrism(face, gp_Vec(0, 0, 10)).Shape()
+
+
+@pytest.mark.parametrize("tessellated", [False, True])
+@pytest.mark.parametrize(
+    "place",
+    [S.turned(0), S.turned(40, shift=(1, 2, 3)), S.mirrored()],
+    ids=["as built", "placed", "mirrored"],
+)
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: GC_MakeArcOfCircle(gp_Pnt(20, 0, 0), gp_Pnt(10, 12, 0), gp_Pnt(0, 0, 0)).Value(),
+        lambda: Geom_Ellipse(gp_Ax2(), 20.0, 7.0),
+        lambda: Geom_BezierCurve(S.points_array([(0, 0, 0), (30, -5, 0), (25, 20, 0), (-10, 15, 0), (0, 9, 0)])),
+    ],
+    ids=["arc", "ellipse", "bezier"],
+)
+def test_both_ends_of_an_extruded_sketch_fit_the_curved_faces_between(make, place, tessellated, tmp_path):
+    """The kernel laid out anew the edges of the end that it takes for a copy, and the file had gaps there."""
+    shape = prism(make()).Moved(place, False)
+    if tessellated:
+        BRepMesh_IncrementalMesh(shape, 0.1, False, 0.3, False)
+    mesh = fubini.mesh(load(shape), 4.0)
+    mesh.attach()
+    BRepMesh_IncrementalMesh(shape, 0.01, False, 0.1, False)
+    StlAPI_Writer().Write(shape, str(tmp_path / "out.stl"))
+    found = trimesh.load(tmp_path / "out.stl")
+    assert found.is_watertight and found.is_winding_consistent
+    assert len(found.faces) > len(mesh.triangles)
+    ours = np.bincount(mesh.face_of_triangle)[-2]  # the ends come last, and share the triangles of the first
+    assert triangles_on(shape)[-2:] == [ours, ours]
 
 
 def test_edges_of_every_kind_fit_the_curved_faces_beside_them(corpus, tmp_path):

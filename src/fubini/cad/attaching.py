@@ -4,19 +4,26 @@ The kernel keeps a triangulation on each face and, per edge of it, the nodes alo
 ours in place and a deflection below any that is asked for, the kernel does not mesh these faces
 again: exporters and viewers of every front end show our triangles, and faces that are not planar
 start from our nodes on the shared edges.
+
+Of faces that are one but for their place, such as both ends of an extruded sketch, the kernel looks at one and lays
+out the edges of the others anew. Curved faces beside them therefore get a triangulation without triangles: too
+coarse to stay, but the nodes on its edges are ours, and edges are laid out before it is thrown away.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from OCP.BRep import BRep_Builder
+from OCP.BRep import BRep_Builder, BRep_Tool
 from OCP.BRepAdaptor import BRepAdaptor_Curve
+from OCP.BRepTools import BRepTools
 from OCP.gp import gp_Dir, gp_Pnt
 from OCP.Poly import Poly_PolygonOnTriangulation, Poly_Triangle, Poly_Triangulation
 from OCP.TopAbs import TopAbs_Orientation as Orientation
+from OCP.TopLoc import TopLoc_Location
 
 from fubini.cad import occ
 from fubini.errors import InputError
@@ -30,6 +37,8 @@ Int = NDArray[np.integer[Any]]
 
 #: Stated deflection of our triangulations (model units): finer than any request.
 DEFLECTION = 1e-9
+#: ... and that of what only holds nodes of edges: coarser than any request.
+NEVER = 1e100
 
 
 def attach(mesh: Mesh) -> Any:
@@ -54,6 +63,7 @@ class _Writer:
         self.runs = _runs(mesh, model)
 
     def write(self) -> Any:
+        occ.static(BRepTools, "Clean")(self.model.native)  # what the kernel made fits other nodes
         by_index = {f.index: f for f in self.model.faces}
         order = np.argsort(self.mesh.face_of_triangle, kind="stable")
         numbers, first = np.unique(self.mesh.face_of_triangle[order], return_index=True)
@@ -62,7 +72,50 @@ class _Writer:
             shape = self.faces[index]
             if index in by_index and written.add(occ.unplaced(shape)):
                 self._write_face(by_index[index], occ.as_face(shape), self.mesh.triangles[rows])
+        self._hold_nodes_of_repeated()
         return self.model.native
+
+    def _hold_nodes_of_repeated(self) -> None:
+        """Keep nodes on edges of repeated faces with the curved faces beside them."""
+        single = occ.ShapeMap(occ.compound(occ.unplaced(face) for face in self.faces), occ.FACE)
+        number = [single.index(occ.unplaced(face)) for face in self.faces]
+        times = np.bincount(number, minlength=len(single))
+        beside: dict[int, Any] = {}
+        for k, face in zip(number, self.faces, strict=True):
+            if times[k] > 1 and _triangulation(face, TopLoc_Location()) is not None:
+                for edge in occ.explore(face, occ.EDGE):
+                    beside.setdefault(self.edges.index(edge), occ.as_face(face))
+        seen = occ.ShapeSet()
+        for face in self.faces if beside else ():
+            if _triangulation(face, TopLoc_Location()) is None and seen.add(occ.unplaced(face)):
+                edges = {self.edges.index(edge) for edge in occ.explore(face, occ.EDGE)}
+                self._hold_nodes(occ.as_face(face), [(e, beside[e]) for e in sorted(edges) if e in beside])
+
+    def _hold_nodes(self, face: Any, edges: list[tuple[int, Any]]) -> None:
+        """Give a curved face the nodes on some of its edges: for each the edge and a face of ours beside it."""
+        found, places = [], [np.empty((0, 3))]
+        for e, other in edges:
+            edge, location = occ.as_edge(self.edges[e]), TopLoc_Location()
+            triangulation = _triangulation(other, location)
+            polygon = _polygon(edge, triangulation, location)
+            if polygon is not None:
+                rows = range(1, polygon.NbNodes() + 1)
+                local = np.array([occ.xyz(triangulation.Node(polygon.Node(i))) for i in rows])
+                found.append((edge, [polygon.Parameter(i) for i in rows]))
+                places.append(_placed(location.Transformation(), local))
+        if not found:
+            return
+        location = face.Location()
+        points = _placed(location.Transformation().Inverted(), np.concatenate(places))
+        holder = Poly_Triangulation(len(points), 0, False)
+        for i, p in enumerate(points.tolist(), start=1):
+            holder.SetNode(i, gp_Pnt(*p))
+        holder.Deflection(NEVER)
+        self.builder.UpdateFace(face, holder)
+        first = 1
+        for edge, parameters in found:
+            self._set_polygon(edge, range(first, first + len(parameters)), parameters, holder, location)
+            first += len(parameters)
 
     def _write_face(self, face: Face, shape: Any, triangles: Int) -> None:
         nodes, corners = np.unique(triangles, return_inverse=True)
@@ -94,12 +147,28 @@ class _Writer:
         first, last = _range(edge)
         share[0], share[-1] = 0.0, 1.0
         parameters = first + _natural(self.model.edges[index].kind, share, first, last) * (last - first)
+        self._set_polygon(edge, nodes, parameters.tolist(), triangulation, location)
+
+    def _set_polygon(
+        self, edge: Any, nodes: Sequence[int], parameters: list[float], triangulation: Any, location: Any
+    ) -> None:
+        """Tell the kernel which nodes of a triangulation lie on an edge, and their parameters on it."""
         polygon = Poly_PolygonOnTriangulation(len(nodes), True)
-        for i, (node, parameter) in enumerate(zip(nodes, parameters.tolist(), strict=True), start=1):
+        for i, (node, parameter) in enumerate(zip(nodes, parameters, strict=True), start=1):
             polygon.SetNode(i, node)
             polygon.SetParameter(i, parameter)
         polygon.Deflection(DEFLECTION)
         self.builder.UpdateEdge(edge, polygon, triangulation, location)
+
+
+def _triangulation(face: Any, location: Any) -> Any:
+    """The triangulation of a face, or None; ``location`` becomes its place."""
+    return occ.static(BRep_Tool, "Triangulation")(occ.as_face(face), location)
+
+
+def _polygon(edge: Any, triangulation: Any, location: Any) -> Any:
+    """The nodes that a triangulation placed so has along an edge, or None."""
+    return occ.static(BRep_Tool, "PolygonOnTriangulation")(edge, triangulation, location)
 
 
 def _range(edge: Any) -> tuple[float, float]:
