@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
+from fubini._values import value
 from fubini.errors import OptionError
 from fubini.tolerance import MAX_ASPECT_RATIO, MIN_SKEW
 from fubini.triangulation.value import Triangulation
@@ -56,7 +57,7 @@ class OptimiseOptions:
         return -1 if self.budget is None else self.budget + self.budget_each * triangles
 
 
-@dataclass(frozen=True)
+@value(frozen=True)
 class OptimiseOutcome:
     """The optimised triangulation and how it came about.
 

@@ -122,9 +122,7 @@ def build_state(
     return state
 
 
-def new_state(
-    tri: Triangulation, tracks: Tracks, options: OptimiseOptions, spare: int, passing: bool = False
-) -> State:
+def new_state(tri: Triangulation, tracks: Tracks, options: OptimiseOptions, spare: int, passing: bool = False) -> State:
     """A state with room for the triangulation and about ``spare`` more nodes, in which nothing is set but the rule.
 
     passing : the state is read out before this thread builds another. All but the largest then share their arrays.
@@ -231,9 +229,7 @@ def copy_of(state: State, effort: NDArray[np.int64] | None = None) -> State:
     return copy
 
 
-def read_state(
-    state: State, tri: Triangulation, limit: float = 0.0, kept: NDArray[np.float64] = NOT_EVENED
-) -> ReadOut:
+def read_state(state: State, tri: Triangulation, limit: float = 0.0, kept: NDArray[np.float64] = NOT_EVENED) -> ReadOut:
     """The triangulation of the state, boundary nodes first; evened out, where ``kept`` has rounds (``even_out``).
 
     ``tri`` is where the state started from: it gives the modes of the segments and the angles of the nodes.

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fubini._values import value
 from fubini.model import Frame, Model
 from fubini.optimise.state import writable
 from fubini.pipeline import _kernels_assemble as kernels
@@ -26,7 +27,7 @@ NO_SPANS = np.empty((0, 4))
 NO_VERTICES = np.empty(0, np.int64), np.empty((0, 3))
 
 
-@dataclass(frozen=True)
+@value(frozen=True)
 class Assembly:
     """Arrays of the whole mesh; ``nodes_of_face[f]`` maps the boundary nodes of a face to mesh nodes.
 
@@ -49,7 +50,7 @@ def assemble(model: Model, network: Network, results: list[FaceResult]) -> Assem
     """Join the faces."""
     meshes, boundaries = [r.mesh for r in results], [r.mesh.boundary for r in results]
     starts = _starts(network, meshes)
-    rows, *_, inner, count = starts[-1].tolist()
+    rows, *_, inner, count = starts[-1]
     points, triangles = np.empty((rows + inner, 3)), np.empty((count, 3), np.int32)
     vertices, places = _lone_places(model)
     axes = np.array([(f.frame.origin, f.frame.x_axis, f.frame.y_axis) for f in model.faces], float)
@@ -58,16 +59,16 @@ def assemble(model: Model, network: Network, results: list[FaceResult]) -> Assem
         *network.exact, _stacked([b.segments for b in boundaries]), _stacked([b.track for b in boundaries]),
         _stacked([b.t for b in boundaries]), network.edges, model.numbering.vertices,
         NO_SPANS if pieces is None else pieces.spans, model.numbering.edges,
-        axes, starts, vertices, places,
+        axes, np.array(starts, np.int64), vertices, places,
         _stacked([mesh.points for mesh in meshes]), _stacked([mesh.triangles for mesh in meshes]),
         0.5 * SAME_POINT * model.diagonal, points, triangles,
     )  # fmt: skip
     points = points[: total + inner]
     if far:
-        owners = np.repeat(np.arange(len(results)), np.diff(starts[:, kernels.NODES]))
+        owners = np.repeat(np.arange(len(results)), np.diff([row[kernels.NODES] for row in starts]))
         _reconcile(points[:total], lifted, index, owners, [face.frame for face in model.faces], model.diagonal)
     face_of, maps = np.empty(count, np.int32), []
-    for face, mesh, plane, start, stop in zip(model.faces, meshes, axes, starts.tolist(), starts[1:].tolist()):
+    for face, mesh, plane, start, stop in zip(model.faces, meshes, axes, starts, starts[1:]):
         face_of[start[kernels.TRIANGLES] : stop[kernels.TRIANGLES]] = face.index
         maps.append(index[start[kernels.NODES] : stop[kernels.NODES]])
         if mesh.core is not None:
@@ -79,17 +80,15 @@ def assemble(model: Model, network: Network, results: list[FaceResult]) -> Assem
     return Assembly(points, triangles, face_of, segments, edge_of, t, tuple(maps), lone)
 
 
-def _starts(network: Network, meshes: list[FaceMesh]) -> NDArray[np.int64]:
+def _starts(network: Network, meshes: list[FaceMesh]) -> list[list[int]]:
     """Where the arrays of each face begin, and end, in those of all (f + 1, 7); see ``_kernels_assemble``."""
-    lengths = [
-        (
+    starts = [[0] * 7]
+    for outline, mesh in zip(network.outlines, meshes, strict=True):
+        lengths = (
             len(mesh.boundary.points), len(mesh.boundary.segments), len(outline.edges), len(mesh.points),
             len(mesh.triangles), mesh.inner_nodes, mesh.triangle_count,
-        )
-        for outline, mesh in zip(network.outlines, meshes, strict=True)
-    ]  # fmt: skip
-    starts = np.zeros((len(meshes) + 1, 7), np.int64)
-    np.add.accumulate(lengths, out=starts[1:])
+        )  # fmt: skip
+        starts.append([a + b for a, b in zip(starts[-1], lengths)])
     return starts
 
 

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fubini._values import value
 from fubini.errors import GeometryError, OptionError
 from fubini.optimise import (
     OptimiseOptions,
@@ -59,7 +60,7 @@ POINT_ROUNDS = 20
 FIELD_ROUNDS = 30
 
 
-@dataclass(frozen=True)
+@value(frozen=True)
 class FaceResult:
     """Mesh of one face, the optimiser's outcome, and the version of the nodes on edges that it was made for."""
 

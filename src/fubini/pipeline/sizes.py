@@ -38,19 +38,23 @@ def size_options(
     edges = by_part(model, "edge_size", "edge", options.edge_size, wanted) if options.edge_size else {}
     segments = by_part(model, "edge_segments", "edge", options.edge_segments, wanted) if options.edge_segments else {}
     vertices = by_part(model, "vertex_size", "vertex", options.vertex_size, wanted) if options.vertex_size else {}
-    by_edge = {part: h for e, h in edges.items() for part in parts(e)}
+    by_edge = {part: h for e, h in edges.items() for part in parts(e)} if edges else {}
     for outline, h in zip(outlines, of_faces, strict=True):
         for e in outline.edges.tolist() if h < size else ():
             by_edge[e] = min(by_edge.get(e, size), h)
-    indices, numbers = model.numbering.vertices, model.numbering.ends
-    vertex = dict(zip(indices.ravel().tolist(), numbers.ravel().tolist())) if vertices else {}
+    by_vertex: dict[int, float] = {}
+    if vertices:
+        indices, numbers = model.numbering.vertices, model.numbering.ends
+        vertex = dict(zip(indices.ravel().tolist(), numbers.ravel().tolist()))
+        by_vertex = {vertex[v]: h for v, h in vertices.items()}
+    least = {part: k for e, n in segments.items() for part, k in shared_out(math.ceil(n), parts(e)).items()}
     return SizeOptions(
         size,
         gradient=options.gradient,
         turn=options.largest_turn,
         edge_size=by_edge,
-        edge_segments={part: k for e, n in segments.items() for part, k in shared_out(math.ceil(n), parts(e)).items()},
-        vertex_size={vertex[v]: h for v, h in vertices.items()},
+        edge_segments=least,
+        vertex_size=by_vertex,
         chord_tolerance=options.chord_tolerance,
         keep_turn=options.segments_per_turn is not None,
         fields=face_fields(model, options),

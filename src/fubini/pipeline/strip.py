@@ -6,12 +6,12 @@ changes and both parts fit together node by node.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fubini._values import value
 from fubini.optimise.state import writable
 from fubini.pipeline._kernels_assemble import with_rim, without_rim
 from fubini.sampling.interior import Core
@@ -21,7 +21,7 @@ Float = NDArray[np.float64]
 Int = NDArray[np.int32]
 
 
-@dataclass(frozen=True)
+@value(frozen=True)
 class FaceMesh:
     """Mesh of one face in its plane: a triangulation, and the core that it leaves out.
 

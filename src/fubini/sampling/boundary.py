@@ -9,11 +9,11 @@ segment of the same length, so that the one triangle there is isosceles.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from fubini._values import value
 from fubini.errors import GeometryError
 from fubini.sampling import _kernels_boundary as kernels
 from fubini.sampling import _kernels_sizes as kernels_of_sizes
@@ -235,7 +235,7 @@ class BoundarySizing:
             changed[list(self.legs.shorten(outline, boundary, want))] = 1
 
 
-@dataclass(frozen=True)
+@value(frozen=True)
 class EdgeNodes:
     """Parameters of the nodes on every edge, ends included: ``t[first[e] : first[e + 1]]``."""
 

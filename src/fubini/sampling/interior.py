@@ -7,11 +7,10 @@ undistorted; the limit functions of the slice decide which points are inside.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
+from fubini._values import value
 from fubini.sampling._kernels_alignment import BEST, NODE, SHIFT
 from fubini.sampling._kernels_interior import write_core
 from fubini.sampling._kernels_lattice import lay_divided
@@ -26,7 +25,7 @@ CLEARANCE = 0.62
 NO_CORE = 2**62
 
 
-@dataclass(frozen=True)
+@value(frozen=True)
 class Core:
     """The part of a lattice far from the boundary: its triangles are known without a triangulator.
 
@@ -60,7 +59,7 @@ class Core:
         write_core(self.role, self.place, axes, scratch, rim, inner, points, triangles)
 
 
-@dataclass(frozen=True)
+@value(frozen=True)
 class Lattice:
     """The nodes of a lattice inside a boundary and clear of it, and the triangles that they are known to make.
 

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fubini._values import value
 from fubini.sampling import _kernels_sizes as kernels
 from fubini.sampling.network import Network
 from fubini.sampling.outline import Outline
@@ -25,7 +26,7 @@ BLUR = 64.0
 Table = tuple[Float, Float, Float]
 
 
-@dataclass(frozen=True)
+@value(frozen=True)
 class SizeOptions:
     """How large boundary segments may be.
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 from numpy.typing import NDArray
+
+from fubini._values import value
 
 Float = NDArray[np.float64]
 Int = NDArray[np.int32]
@@ -24,7 +26,7 @@ FREE, SPLIT_ONLY, LOCKED = 0, 1, 2
 NONE: Int = np.empty(0, np.int32)
 
 
-@dataclass(frozen=True)
+@value(frozen=True)
 class Boundary:
     """Boundary nodes and segments of one region, ready for triangulation.
 
@@ -52,7 +54,7 @@ class Boundary:
     mode: Byte
 
 
-@dataclass(frozen=True)
+@value(frozen=True)
 class Triangulation:
     """Triangles of one region and the boundary segments they end at.
 
@@ -77,7 +79,7 @@ class Triangulation:
     dropped: Int = field(default_factory=lambda: NONE)
 
 
-@dataclass(frozen=True)
+@value(frozen=True)
 class Patch:
     """Triangles of a triangulation that are known before it is made.
 
