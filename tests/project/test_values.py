@@ -36,7 +36,9 @@ class Fast:
             raise ValueError("a")
 
 
-@pytest.mark.parametrize("given", [((1,), {}), ((1, [2]), {}), ((1,), {"c": "d"}), ((), {"c": "d", "a": 1, "b": [3], "fields": 2})])
+@pytest.mark.parametrize(
+    "given", [((1,), {}), ((1, [2]), {}), ((1,), {"c": "d"}), ((), {"c": "d", "a": 1, "b": [3], "fields": 2})]
+)
 def test_they_are_as_dataclasses(given):
     args, named = given
     fast, usual = Fast(*args, **named), Usual(*args, **named)
