@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+import functools
 import math
 from dataclasses import dataclass, field
 
@@ -51,6 +53,14 @@ class OptimiseOptions:
             raise OptionError(f"growth is {self.growth}", fix="choose a number above 1")
         if self.budget is not None and self.budget < 0:
             raise OptionError(f"budget is {self.budget}", fix="choose 0 or more, or None")
+
+    @functools.cached_property
+    def _hash(self) -> int:
+        return hash(dataclasses.astuple(self))
+
+    def __hash__(self) -> int:
+        """As ``dataclass``, once: what is derived from options is looked up by them in every mesh."""
+        return self._hash
 
     def budget_of(self, triangles: int) -> int:
         """Move attempts allowed in a mesh of so many triangles; -1 where their number is left to the optimiser."""

@@ -81,6 +81,9 @@ class ReadOut(NamedTuple):
     longest: float = 0.0
 
 
+#: types of the arrays that kernels take
+FLOATS, INTS, BYTES = np.dtype(np.float64), np.dtype(np.int32), np.dtype(np.uint8)
+
 _kept = threading.local()
 
 
@@ -92,9 +95,9 @@ def scratch_space() -> Work:
     return found
 
 
-def writable(array: NDArray, kind: type) -> NDArray:
+def writable(array: NDArray, kind: np.dtype) -> NDArray:
     """The array, or a copy that kernels take: they are compiled for writable C arrays of one type."""
-    if array.dtype == kind and array.flags.carray:
+    if array.dtype is kind and array.flags.carray:
         return array
     return np.array(array, kind, order="C")
 
@@ -151,12 +154,12 @@ def started(
     inside ``most`` or, where this is infinite, the mean length of the edges at a node.
     """
     boundary = tri.boundary
-    own = writable(boundary.size, float)
+    own = writable(boundary.size, FLOATS)
     status, changes = start(
-        state.words, scratch_space().words, tasks, writable(tri.points, float), writable(tri.triangles, np.int32),
-        writable(tri.neighbours, np.int32), writable(boundary.kind, np.uint8), writable(boundary.track, np.int32),
-        writable(boundary.t, float), _modes(boundary, options), 1 + options.seed % 0x7FFFFFFE,
-        own if size is None else writable(size, float), writable(boundary.angle, float), own, ACUTE,
+        state.words, scratch_space().words, tasks, writable(tri.points, FLOATS), writable(tri.triangles, INTS),
+        writable(tri.neighbours, INTS), writable(boundary.kind, BYTES), writable(boundary.track, INTS),
+        writable(boundary.t, FLOATS), _modes(boundary, options), 1 + options.seed % 0x7FFFFFFE,
+        own if size is None else writable(size, FLOATS), writable(boundary.angle, FLOATS), own, ACUTE,
         corner_limit(options.min_skew), float(most), float(gradient), OVERSIZE, rounds,
     )  # fmt: skip
     return status, changes
@@ -164,8 +167,7 @@ def started(
 
 def _modes(boundary: Boundary, options: OptimiseOptions) -> NDArray[np.uint8]:
     """Modes of the segments: all locked where splits are not allowed."""
-    mode = boundary.mode if options.allow_splits else np.full(len(boundary.mode), LOCKED)
-    return writable(mode, np.uint8)
+    return writable(boundary.mode if options.allow_splits else np.full(len(boundary.mode), LOCKED), BYTES)
 
 
 def _arrays(nodes: int, triangles: int, segments: int) -> list[NDArray]:
@@ -236,7 +238,7 @@ def read_state(state: State, tri: Triangulation, limit: float = 0.0, kept: NDArr
     """
     old = tri.boundary
     points, triangles, neighbours, kind, size, angle, segments, track, t, mode, fresh, moves, left, square = read_out(
-        state.words, writable(old.angle, float), writable(old.mode, np.uint8), limit, kept
+        state.words, writable(old.angle, FLOATS), writable(old.mode, BYTES), limit, kept
     )
     boundary = Boundary(points[: len(kind)], kind, size, angle, segments, track, t, mode)
     splits = tuple((int(track[s]), float(t[s, 0])) for s in fresh.tolist()) if len(fresh) else ()

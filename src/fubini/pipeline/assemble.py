@@ -94,7 +94,7 @@ def _starts(network: Network, meshes: list[FaceMesh]) -> list[list[int]]:
 
 def _stacked(parts: list[NDArray[Any]]) -> NDArray[Any]:
     """Arrays one behind the other; the only one as it is, if kernels take it."""
-    return writable(parts[0], parts[0].dtype.type) if len(parts) == 1 else np.concatenate(parts)
+    return writable(parts[0], parts[0].dtype) if len(parts) == 1 else np.concatenate(parts)
 
 
 def _lone_places(model: Model) -> tuple[NDArray[np.int64], Float]:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fubini._values import value
-from fubini.optimise.state import writable
+from fubini.optimise.state import FLOATS, INTS, writable
 from fubini.pipeline._kernels_assemble import with_rim, without_rim
 from fubini.sampling.interior import Core
 from fubini.triangulation.value import Boundary, Triangulation
@@ -64,7 +64,7 @@ def with_core(strip: Triangulation, core: Core | None) -> FaceMesh:
     """
     if core is None:
         return FaceMesh(strip.boundary, strip.points, strip.triangles)
-    flat, corners = writable(strip.points, float), writable(strip.triangles, np.int32)
+    flat, corners = writable(strip.points, FLOATS), writable(strip.triangles, INTS)
     points, triangles, kind, *rest = without_rim(flat, corners, *_arrays(strip.boundary)[1:])
     return FaceMesh(Boundary(points[: len(kind)], kind, *rest), points, triangles, core)
 
@@ -72,4 +72,4 @@ def with_core(strip: Triangulation, core: Core | None) -> FaceMesh:
 def _arrays(boundary: Boundary) -> list[NDArray[Any]]:
     """The arrays of a boundary as kernels take them."""
     b = boundary
-    return [writable(x, x.dtype.type) for x in (b.points, b.kind, b.size, b.angle, b.segments, b.track, b.t, b.mode)]
+    return [writable(x, x.dtype) for x in (b.points, b.kind, b.size, b.angle, b.segments, b.track, b.t, b.mode)]

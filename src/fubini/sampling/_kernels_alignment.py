@@ -55,15 +55,26 @@ def straight_edges(points, segments, track, kinds, size, found):
 
 
 @inner
-def misfit(points, segments, size, x, y, dx, dy, spacing):
-    """Mean squared distance, in spacings, of the third corners wanted at the boundary from the lattice."""
-    total, number = 0.0, 0
+def third_corners(points, segments, size, corners):
+    """Third corners of equilateral triangles on segments of about full size, into corners (k, 2); their number."""
+    number = 0
     for k in range(segments.shape[0]):
         a, b = segments[k, 0], segments[k, 1]
         ex, ey = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1]
         if math.sqrt(ex * ex + ey * ey) < FULL * size:
             continue
-        px, py = points[a, 0] + 0.5 * ex - ROW * ey - x, points[a, 1] + 0.5 * ey + ROW * ex - y
+        corners[number, 0] = points[a, 0] + 0.5 * ex - ROW * ey
+        corners[number, 1] = points[a, 1] + 0.5 * ey + ROW * ex
+        number += 1
+    return number
+
+
+@inner
+def misfit(corners, number, x, y, dx, dy, spacing):
+    """Mean squared distance, in spacings, of the first ``number`` of the corners from the nearest nodes of a lattice."""
+    total = 0.0
+    for k in range(number):
+        px, py = corners[k, 0] - x, corners[k, 1] - y
         u, v = (px * dx + py * dy) / spacing, (py * dx - px * dy) / (spacing * ROW)
         row = math.floor(v + 0.5)
         if row % 2 != 0:
@@ -71,16 +82,16 @@ def misfit(points, segments, size, x, y, dx, dy, spacing):
         u -= math.floor(u + 0.5)
         v = ROW * (v - row)
         total += min(u * u + v * v, WORST)
-        number += 1
     return total / max(number, 1)
 
 
 @inner
-def place(points, segments, track, kinds, size, found, best):
+def place(points, segments, track, kinds, size, found, corners, best):
     """Write the lattice that meets the boundary best into best (5,): a node, the direction of rows, the spacing.
 
     Candidates are the lattices with a row on one of the longest straight edges, and on its nodes; and the one with rows
-    along x from the lowest corner of the bounding box, less ``size``, which comes first. found (k, 6) is scratch space.
+    along x from the lowest corner of the bounding box, less ``size``, which comes first. found (c, 6) and corners (k, 2)
+    for the k segments are scratch space.
     """
     best[0], best[1], best[2], best[3], best[4] = math.inf, math.inf, 1.0, 0.0, size
     for i in range(points.shape[0]):
@@ -90,12 +101,13 @@ def place(points, segments, track, kinds, size, found, best):
     for i in range(found.shape[0]):
         found[i, 5] = 0.0
     straight_edges(points, segments, track, kinds, size, found)
-    least = misfit(points, segments, size, best[0], best[1], best[2], best[3], best[4])
+    number = third_corners(points, segments, size, corners)
+    least = misfit(corners, number, best[0], best[1], best[2], best[3], best[4])
     for i in range(found.shape[0]):
         if found[i, 5] == 0.0:
             break
         spacing = min((1.0 + STRETCH) * size, max((1.0 - STRETCH) * size, found[i, 4]))
-        off = misfit(points, segments, size, found[i, 0], found[i, 1], found[i, 2], found[i, 3], spacing)
+        off = misfit(corners, number, found[i, 0], found[i, 1], found[i, 2], found[i, 3], spacing)
         if off < least:
             least = off
             for j in range(4):
@@ -122,7 +134,8 @@ def lay(points, segments, sizes, track, kinds, how, lattice, size, clearance, gr
     fractions of the spacing; NODE; BEST for the lattice of about ``size`` that meets the boundary best (``place``).
     """
     if how == BEST:
-        place(points, segments, track, kinds, size, np.empty((CANDIDATES, 6)), lattice)
+        corners = np.empty((segments.shape[0], 2))
+        place(points, segments, track, kinds, size, np.empty((CANDIDATES, 6)), corners, lattice)
     c, s, h = lattice[2], lattice[3], lattice[4]
     turned = np.empty_like(points)
     low_x, low_y, high_x, high_y = turned_box(points, c, -s, turned)

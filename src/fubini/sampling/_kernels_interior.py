@@ -93,7 +93,8 @@ def mark_inside(points, segments, size, h, x0, y0, clearance, g, inside):
                 if inside[j, i] == 0:
                     continue
                 px, py = start + i * h - ax, y - ay
-                q = min(1.0, max(0.0, (px * ex + py * ey) / square))
+                along = px * ex + py * ey
+                q = 0.0 if along <= 0.0 else 1.0 if along >= square else along / square
                 if (px - q * ex) ** 2 + (py - q * ey) ** 2 < reach * reach:
                     inside[j, i] = 0
 
