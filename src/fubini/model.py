@@ -132,6 +132,18 @@ class Model:
         """Running numbers of the edges on or in faces, and of their vertices."""
         return number_edges(self.faces, self.edges, self.vertices)
 
+    @cached_property
+    def slack(self) -> dict[int, float]:
+        """How far nodes of each edge may be off its curve: the largest tolerance of it and of all edges at its ends.
+
+        A vertex is as loose as the loosest edge there, and its node lies on the planes of all faces around.
+        """
+        at: dict[int, float] = {}
+        for edge in self.edges.values():
+            for vertex in (edge.start, edge.end):
+                at[vertex] = max(edge.tolerance, at.get(vertex, 0.0))
+        return {i: max(at[edge.start], at[edge.end]) for i, edge in self.edges.items()}
+
     @property
     def faces_cut(self) -> tuple[Face, ...]:
         """The faces as they are meshed: edges that have kinks in pieces, called by the keys of ``numbering.number``."""

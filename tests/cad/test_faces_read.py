@@ -13,6 +13,7 @@ from OCP.Geom import (
     Geom_BezierCurve,
     Geom_BSplineCurve,
     Geom_Circle,
+    Geom_CylindricalSurface,
     Geom_Ellipse,
     Geom_Hyperbola,
     Geom_OffsetCurve,
@@ -397,3 +398,12 @@ def test_a_ruled_surface_is_flat_only_within_the_tolerance(rise, flat):
     else:
         with pytest.raises(InputError, match=r"planar \(bspline\)"):
             load(face)
+
+
+@pytest.mark.parametrize(
+    "surface", [Geom_Plane(AXES.Location(), AXES.Direction()), Geom_CylindricalSurface(gp_Ax3(AXES), 2.0)]
+)
+def test_a_face_without_an_end_is_refused_and_named(surface):
+    """All sizes and tolerances would follow from the extent that the kernel gives it, 1e100."""
+    with pytest.raises(GeometryError, match="face 6: a face without an end"):
+        load(occ.compound([S.box(), S.raw_face(surface)]))

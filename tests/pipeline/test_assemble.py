@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -55,3 +57,17 @@ def test_nodes_between_planes_that_are_almost_one_stay_at_their_edge():
     assert mesh.certificate.certified
     shared = mesh.points[np.unique(mesh.segments[mesh.edge_of_segment == 3])]
     assert np.abs(shared[:, [0, 2]]).max() < 3.0 * gap
+
+
+@pytest.mark.parametrize("tolerance", [0.0, 2e-6])
+def test_a_node_at_a_vertex_may_be_as_far_off_as_any_edge_there_is_loose(tolerance):
+    """What another edge at its vertex may be off its plane by moves the node."""
+    model = bent(1e-6)
+    loose = {i: dataclasses.replace(e, tolerance=0.0) for i, e in model.edges.items()}
+    # beside the floor alone, but at a vertex of the wall
+    loose[0] = dataclasses.replace(loose[0], tolerance=tolerance)
+    loose[2] = dataclasses.replace(loose[2], tolerance=tolerance)
+    certificate = fubini.mesh(dataclasses.replace(model, edges=loose), 0.15).certificate
+    assert certificate.certified == (tolerance > 0.0)
+    if not tolerance:
+        assert any("boundary node" in reason for f in certificate.faces for reason in f.reasons)

@@ -29,6 +29,9 @@ Float = NDArray[np.float64]
 #: Relative accuracy asked of the kernel's adaptive quadrature.
 _AREA_ACCURACY = 1e-10
 
+#: The kernel gives what has no end, such as faces without an outline, this size.
+BOUNDLESS = 1e99
+
 #: A gap between a curve and its vertex of more than this, times the length of the curve, is worth a remark.
 _SHORT = 1e-2
 
@@ -46,6 +49,10 @@ def build_model(source: Source, check: bool = True) -> Model:
     size = occ.diagonal(shape)
     if not size > 0.0:
         raise GeometryError("a model of no extent", file=source.label)
+    if size > BOUNDLESS:
+        endless = next((k for k, face in enumerate(faces) if occ.diagonal(face) > BOUNDLESS), None)
+        fix = "mend the model in the program that it comes from"
+        raise GeometryError("a face without an end", file=source.label, face=endless, fix=fix)
     builder = _Builder(shape, size, check)
     names = resolve(faces, source.face_names)
     planar: list[Face] = []

@@ -314,7 +314,7 @@ def _judged(
         corners=segments[first, 0],
         angles=outline.angles[boundary.track[first]],
         edges=dict(enumerate(edges)),
-        slack=max(model.edges[e].tolerance for e in edges),
+        slack=max(model.slack[e] for e in edges),
     )
 
 
