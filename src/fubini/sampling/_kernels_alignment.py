@@ -71,7 +71,7 @@ def third_corners(points, segments, size, corners):
 
 @inner
 def misfit(corners, number, x, y, dx, dy, spacing):
-    """Mean squared distance, in spacings, of the first ``number`` of the corners from the nearest nodes of a lattice."""
+    """Mean squared distance, in spacings, of the first ``number`` of the corners from nodes of a lattice."""
     total = 0.0
     for k in range(number):
         px, py = corners[k, 0] - x, corners[k, 1] - y
@@ -90,8 +90,8 @@ def place(points, segments, track, kinds, size, found, corners, best):
     """Write the lattice that meets the boundary best into best (5,): a node, the direction of rows, the spacing.
 
     Candidates are the lattices with a row on one of the longest straight edges, and on its nodes; and the one with rows
-    along x from the lowest corner of the bounding box, less ``size``, which comes first. found (c, 6) and corners (k, 2)
-    for the k segments are scratch space.
+    along x from the lowest corner of the bounding box, less ``size``, which comes first. Scratch: found (c, 6), corners
+    (k, 2) for k segments.
     """
     best[0], best[1], best[2], best[3], best[4] = math.inf, math.inf, 1.0, 0.0, size
     for i in range(points.shape[0]):

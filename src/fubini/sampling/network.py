@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -51,7 +52,7 @@ class Network:
         """Network of the edges with these ``ends`` (e, 2), numbered as in the outlines."""
         ends = np.array(ends, np.int64, order="C")
         edges = np.concatenate([outline.edges for outline in outlines])
-        faces = np.repeat(np.arange(len(outlines)), [len(outline.edges) for outline in outlines])
+        faces = np.array([f for f, outline in enumerate(outlines) for _ in range(len(outline.edges))], np.int64)
         first = np.empty(len(ends), np.int32)
         first[edges[::-1]] = np.arange(len(edges), dtype=np.int32)[::-1]
         return cls(
@@ -66,10 +67,9 @@ def _least(outlines: Sequence[Outline], edges: int) -> Int:
     """A loop of one curve needs three segments, one of two curves two on a curved one."""
     least = np.ones(edges, np.int64)
     for outline in outlines:
-        starts, lengths = outline.loop_first[:-1], np.diff(outline.loop_first)
-        for curves in (1, 2) if lengths.min(initial=3) < 3 else ():
-            for j in (starts[lengths == curves] + k for k in range(curves)):
-                asked = 3 if curves == 1 else np.where(outline.tracks.kinds[j] != LINE, 2, 1)
+        for a, b in itertools.pairwise(outline.loop_first.tolist()):
+            for j in range(a, b) if b - a < 3 else ():
+                asked = 3 if b - a == 1 else 2 if outline.tracks.kinds[j] != LINE else 1
                 e = outline.edges[j]
-                least[e] = np.maximum(least[e], asked)
+                least[e] = max(least[e], asked)
     return least
