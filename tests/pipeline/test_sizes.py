@@ -10,6 +10,7 @@ import random_regions
 import regions
 from fubini.errors import OptionError
 from fubini.quality import growth_rates
+from fubini.region import Loop, Region
 
 
 def mesh_of(region, size, **options):
@@ -186,6 +187,27 @@ def test_legs_of_sharp_corners_meet_what_their_edges_ask(seed):
         assert length.max() <= 1.7 * length.sum() / 12
     field = mesh_of(region, size, size_field=lambda p: np.full(len(p), 0.4 * size))
     assert longest_edge(field) <= 1.7 * 0.4 * size
+
+
+def inlaid(seed: int) -> list[Region]:
+    """A random polygon, and the frame around it that shares its edges."""
+    inner = regions.random_polygon(seed, 8, 16).loops[0]
+    starts = np.array([curve.start for curve in inner.curves])
+    low, high = starts.min(axis=0), starts.max(axis=0)
+    margin = 0.3 * (high - low).max()
+    (x0, y0), (x1, y1) = low - margin, high + margin
+    hole = Loop(tuple(curve.reverse() for curve in reversed(inner.curves)))
+    outer = regions.loop([(x0, y0), (x1, y0), (x1, y1), (x0, y1)])
+    return [Region.from_loops([inner]), Region.from_loops([outer, hole])]
+
+
+@pytest.mark.parametrize("seed", [11, 13, 17, 21])
+def test_the_growth_limit_holds_across_faces(seed):
+    parts = inlaid(seed)
+    mesh = fubini.mesh(parts, parts[0].diagonal / 20)
+    assert mesh.certificate.certified
+    sound = mesh.quality["skewness"] > 45.0
+    assert growth_rates(mesh.points, mesh.triangles[sound]).max() <= 1.5
 
 
 @pytest.mark.parametrize(

@@ -124,12 +124,12 @@ def number_triangles(S, track, t, mode):
 
 
 @kernel(allocates=True)
-def read_out(S, angle, mode, limit, kept):
+def read_out(S, angle, mode, limit, kept, outside):
     """The mesh of a state as arrays, numbered without gaps, boundary nodes first, and evened out.
 
-    angle (n,), mode (k,) : those of the boundary nodes and segments that the state started with. limit, kept : see
-    ``even_out``. Returns points, triangles, neighbours; kind, size and angle of the boundary nodes; ends, track, t and
-    mode of the segments; the numbers of the segments that start at a new node and may only be split; and what
+    angle (n,), mode (k,) : those of the boundary nodes and segments that the state started with. limit, kept, outside :
+    see ``even_out``. Returns points, triangles, neighbours; kind, size and angle of the boundary nodes; ends, track, t
+    and mode of the segments; the numbers of the segments that start at a new node and may only be split; and what
     ``even_out`` does.
     """
     S = state_of(S)
@@ -162,7 +162,7 @@ def read_out(S, angle, mode, limit, kept):
     for s in range(mode.shape[0]):
         if segment[s] >= 0:
             state[segment[s]] = mode[s]
-    moves, left, square = even_out(points, triangles, neighbours, rim, limit, kept)
+    moves, left, square = even_out(points, triangles, neighbours, rim, limit, kept, outside, k)
     return (
         points, triangles, neighbours, kind, size, opening, ends, track[:k], t[:k], state[:k], fresh[:found],
         moves, left, square,

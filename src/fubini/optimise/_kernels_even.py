@@ -56,7 +56,7 @@ def load_star(points, tri, nbr, size, t, v, fan, star):
         square = ex * ex + ey * ey
         fan[k] = t
         star[k, X], star[k, Y], star[k, SQUARE], star[k, LENGTH] = x, y, square, math.sqrt(square)
-        star[k, BEYOND] = size[u] if u >= 0 else 0.0
+        star[k, BEYOND] = size[u if u >= 0 else tri.shape[0] - 1 - u]
         k += 1
         t = np.int64(nbr[t, i])
         if t == first:
@@ -183,43 +183,53 @@ def even_pair(points, tri, nbr, fixed, limit, good, pair, fan, star, size, stamp
 
 
 @inner
+def differ(nbr, size, t, i, limit):
+    """Whether triangle t differs by more than ``limit`` from what lies beyond its edge i; pairs inside once."""
+    u = np.int64(nbr[t, i])
+    if 0 <= u <= t:
+        return False
+    beyond = size[u if u >= 0 else nbr.shape[0] - 1 - u]
+    return beyond > 0.0 and max(size[t], beyond) > limit * min(size[t], beyond)
+
+
+@inner
 def count_uneven(nbr, limit, size):
-    """Number of pairs of neighbours whose sizes differ by more than ``limit``."""
+    """Number of pairs that differ by more than ``limit``."""
     found = 0
     for t in range(nbr.shape[0]):
         for i in range(3):
-            u = nbr[t, i]
-            if u > t and max(size[t], size[u]) > limit * min(size[t], size[u]):
-                found += 1
+            found += differ(nbr, size, t, i, limit)
     return found
 
 
 @inner(allocates=True)
-def even_out(points, tri, nbr, fixed, limit, kept):
+def even_out(points, tri, nbr, fixed, limit, kept, outside, segments):
     """Move the nodes from ``fixed`` on of pairs that differ by more than ``limit``.
 
     Returns the number of moves, and as it is then: the pairs left above the limit, the square of the longest edge.
     points (n, 2) is changed in place. kept (r,) : shapes, (Lmax^2 - Lmin^2) / 4 A, to which no objection is made in
-    each of r rounds; without rounds nothing is looked at.
+    each of r rounds; without rounds nothing is looked at. outside : sizes beyond each of so many ``segments``, 0 for
+    none; empty where nothing lies beyond any.
     """
     if kept.shape[0] == 0:
         return 0, 0, 0.0
     fan, star = np.empty(MOST, np.int64), np.empty((MOST + 1, 6))
-    size, stamp = np.empty(tri.shape[0]), np.zeros(tri.shape[0], np.int32)  # the move that last changed a triangle
+    size, stamp = np.empty(tri.shape[0] + segments), np.zeros(tri.shape[0], np.int32)  # move that last changed one
+    for s in range(segments):
+        size[tri.shape[0] + s] = outside[s] if outside.shape[0] > 0 else 0.0
     failed = np.empty(points.shape[0] - fixed, np.int32)  # moves made when a node last stayed where it was
     total, longest = 0, survey(points, tri, size)
     for turn in range(kept.shape[0]):
         uneven = 0
         for t in range(tri.shape[0]):
             for i in range(3):
-                u = np.int64(nbr[t, i])
-                if u <= t or max(size[t], size[u]) <= limit * min(size[t], size[u]):
+                if not differ(nbr, size, t, i, limit):
                     continue
                 if uneven == 0:
                     for v in range(failed.shape[0]):
                         failed[v] = -1
                 uneven += 1
-                pair = t, u
+                pair = t, max(t, np.int64(nbr[t, i]))  # the triangle alone, where the other is of another face
                 total = even_pair(
                     points, tri, nbr, fixed, limit, kept[turn], pair, fan, star, size, stamp, failed, total
                 )

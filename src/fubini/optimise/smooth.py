@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from fubini.optimise._kernels_state import FILL, SMOOTH
 from fubini.optimise.options import OptimiseOptions, implied_aspect_ratio
-from fubini.optimise.state import build_state, new_state, read_state, started
+from fubini.optimise.state import NOTHING, build_state, new_state, read_state, started
 from fubini.tracks import NO_TRACKS, Tracks
 from fubini.triangulation.value import Triangulation
 
@@ -49,10 +49,15 @@ def even_out(triangulation: Triangulation, options: OptimiseOptions) -> Triangul
     return evened(triangulation, options)[0]
 
 
-def evened(triangulation: Triangulation, options: OptimiseOptions) -> tuple[Triangulation, int, float]:
-    """``even_out``, then the number of pairs left that differ by more than the limit, and the longest edge."""
+def evened(
+    triangulation: Triangulation, options: OptimiseOptions, outside: NDArray[np.float64] = NOTHING
+) -> tuple[Triangulation, int, float]:
+    """``even_out``, then the number of pairs left that differ by more than the limit, and the longest edge.
+
+    outside : sizes (k,) of the triangles beyond the boundary segments, 0 for none; empty for none at all.
+    """
     state = build_state(triangulation, NO_TRACKS, options, 0, passing=True)
-    found = read_state(state, triangulation, options.growth, kept_shapes(options))
+    found = read_state(state, triangulation, options.growth, kept_shapes(options), outside)
     if found.moves:
         old = triangulation
         triangulation = Triangulation(

@@ -64,8 +64,8 @@ def rule_of(options: OptimiseOptions) -> NDArray[np.float64]:
     return rule
 
 
-#: rounds of evening out, where there is to be none
-NOT_EVENED = np.empty(0)
+#: rounds of evening out where there is to be none, sizes beyond segments where nothing is there
+NOTHING = np.empty(0)
 
 
 class ReadOut(NamedTuple):
@@ -231,14 +231,20 @@ def copy_of(state: State, effort: NDArray[np.int64] | None = None) -> State:
     return copy
 
 
-def read_state(state: State, tri: Triangulation, limit: float = 0.0, kept: NDArray[np.float64] = NOT_EVENED) -> ReadOut:
+def read_state(
+    state: State,
+    tri: Triangulation,
+    limit: float = 0.0,
+    kept: NDArray[np.float64] = NOTHING,
+    outside: NDArray[np.float64] = NOTHING,
+) -> ReadOut:
     """The triangulation of the state, boundary nodes first; evened out, where ``kept`` has rounds (``even_out``).
 
     ``tri`` is where the state started from: it gives the modes of the segments and the angles of the nodes.
     """
     old = tri.boundary
     points, triangles, neighbours, kind, size, angle, segments, track, t, mode, fresh, moves, left, square = read_out(
-        state.words, writable(old.angle, FLOATS), writable(old.mode, BYTES), limit, kept
+        state.words, writable(old.angle, FLOATS), writable(old.mode, BYTES), limit, kept, outside
     )
     boundary = Boundary(points[: len(kind)], kind, size, angle, segments, track, t, mode)
     splits = tuple((int(track[s]), float(t[s, 0])) for s in fresh.tolist()) if len(fresh) else ()

@@ -21,6 +21,7 @@ from fubini.optimise import (
     shortened,
     smooth,
 )
+from fubini.pipeline.across import evened_across
 from fubini.pipeline.options import MeshOptions, Progress
 from fubini.pipeline.pattern import PatternPoints, pattern_nodes
 from fubini.pipeline.points import clear_of, crowded, with_lone
@@ -258,7 +259,15 @@ class FaceMesher:
                 if progress:
                     progress("faces", min(len(self.results), count), count)
             pending = [f for f in range(count) if self._is_stale(f)]
-        return [self.results[f] for f in range(count)]
+        return self._evened([self.results[f] for f in range(count)])
+
+    def _evened(self, results: list[FaceResult]) -> list[FaceResult]:
+        """The faces, evened out across the edges that they share."""
+        first, o = self.sizing.outlines[0], self.options
+        if self.pattern is not None or (len(results) == 1 and first.inner == len(first.edges)):
+            return results
+        asked = optimiser_options(o.min_skew, o.max_aspect_ratio, o.growth, o.max_sag)
+        return evened_across(self.sizing.network, self.nodes, results, asked)
 
     def _approach_points(self) -> None:
         """Shorten boundary segments that a point inside their face lies close to."""

@@ -121,8 +121,11 @@ class MeshOptions:
 
     @property
     def inner_gradient(self) -> float:
-        """The same away from the boundary, where triangles are evened out at the end."""
-        return 1.6 * (1.0 - 1.0 / self.growth)
+        """The same away from the boundary, where triangles are evened out at the end.
+
+        Limits below 1.5 leave little for what differs by chance.
+        """
+        return 1.6 * (1.0 - 1.0 / self.growth) if self.growth >= 1.5 else 16.0 / 15.0 * (self.growth - 1.0)
 
 
 def _is_number(value: object) -> bool:
