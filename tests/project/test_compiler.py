@@ -121,7 +121,9 @@ def test_flags_compare_as_those_of_numba():
     assert isinstance(_Flags(other).copy(), _Flags)
 
 
-def test_functions_for_kernels_alone_are_not_made_before_a_kernel_is_compiled():
+def test_functions_for_kernels_alone_are_not_made_before_a_kernel_is_compiled(tmp_path, monkeypatch):
+    monkeypatch.setenv("FUBINI_CACHE_DIR", str(tmp_path))  # a kernel kept by an earlier run is not compiled
+
     @inner
     def part(n):
         return n + 1
