@@ -125,15 +125,19 @@ def test_a_scaled_square_gives_the_scaled_mesh():
     np.testing.assert_array_equal(a.triangles, b.triangles)
 
 
-def test_angles_of_the_region_at_its_nodes():
-    """A square with a notch: right angles outside, one of 270 degrees inside, straight elsewhere."""
-    made, _ = boundary([polygon(np.array([(0, 0), (2, 0), (2, 2), (1, 2), (1, 1), (0, 1)], float))], 0.5)
-    start = constrained_delaunay(made.points, made)
-    sides = np.zeros((len(made.points), 4))
-    degrees.boundary_sides.py_func(start.points, start.triangles, start.neighbours, len(start.triangles), sides)
-    angles = [[degrees.angle_at.py_func(sides, v) for v in range(len(sides))] for _ in range(2)]
-    np.testing.assert_allclose(np.degrees(angles), [made.angle, made.angle], atol=1e-9)
-    assert {90, 180, 270} == set(made.angle.round().astype(int).tolist())
+@pytest.mark.parametrize("scale", [1e-9, 1.0, 1e9])
+def test_angles_by_a_polynomial(scale):
+    turns = np.linspace(0.0, 2.0 * math.pi, 721)[1:]
+    for first in np.linspace(0.0, 6.0, 7):
+        found = [
+            degrees.angle_between.py_func(
+                scale * math.cos(first), scale * math.sin(first), 2.0 * math.cos(first + a), 2.0 * math.sin(first + a)
+            )
+            for a in turns[:-1]
+        ]
+        np.testing.assert_allclose(found, turns[:-1], atol=2e-5)
+    assert degrees.angle_between.py_func(1.0, 0.0, 3.0, 0.0) == pytest.approx(2.0 * math.pi)
+    assert degrees.angle_between.py_func(0.0, 0.0, 0.0, 0.0) == pytest.approx(2.0 * math.pi)
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -152,33 +156,67 @@ def test_flips_and_splits_even_out_the_triangles_at_nodes(seed):
     assert validate(together, delaunay=True) == ()
 
 
+def cost_of(points, triangles):
+    """Sum of the costs of triangles."""
+    corners = points[triangles]
+    d = (np.square(corners - np.roll(corners, 1, axis=1)).sum((1, 2)) / (4.0 * math.sqrt(3.0))) / areas(corners) - 1.0
+    return float((np.sqrt(d + kernels.NEAR) + kernels.FAR * d**4).sum())
+
+
 @pytest.mark.parametrize(("x", "y"), [(0.1, 0.05), (-0.3, 0.2), (0.5, -0.25)])
-def test_steps_lead_downhill_and_vanish_at_the_bottom(x, y):
-    ring = hexagon(0.0, 0.0)[[0, 1, 2, 3, 4, 5, 0]]
-    ring[[0, 6]] *= 1.4  # no symmetry
-    star = ring[:, 0].copy(), ring[:, 1].copy(), 6
+def test_pulls_are_the_fall_of_the_cost(x, y, monkeypatch):
+    """At all nodes of a lopsided hexagon; the steps of its centre by them lead to the bottom."""
+    monkeypatch.setattr(kernels, "bend", kernels.bend.py_func)
+    points = np.concatenate([hexagon(0.0, 0.0)[:6], [(x, y)]])
+    points[0] *= 1.4  # no symmetry
+    triangles = np.array([(6, k, (k + 1) % 6) for k in range(6)], np.int32)
 
-    def step(x, y):
-        total, gx, gy, hxx, hxy, hyy = kernels.slopes.py_func(*star, x, y)
-        return total, (gx, gy), np.linalg.solve([[hxx, hxy], [hxy, hyy]], (gx, gy))
+    def pulls():
+        sums = np.zeros(6 * len(points))
+        assert kernels.pull.py_func(points, triangles, np.arange(6), 6, sums)
+        return sums.reshape(-1, 6)
 
-    def cost(x, y):
-        return kernels.star_cost.py_func(*star, x, y)
-
-    total, fall, _ = step(x, y)
-    assert total == pytest.approx(cost(x, y), rel=1e-12)
-    e = 1e-6
-    gx = (cost(x + e, y) - cost(x - e, y)) / (2 * e)
-    gy = (cost(x, y + e) - cost(x, y - e)) / (2 * e)
-    assert fall == pytest.approx((-gx, -gy), rel=1e-6)
-    for _ in range(60):  # to the bottom by these steps alone, damped
-        _, fall, (dx, dy) = step(x, y)
-        assert fall[0] * dx + fall[1] * dy >= 0.0
-        x, y = x + 0.5 * dx, y + 0.5 * dy
-    assert np.hypot(*fall) < 1e-6
-    here = cost(x, y)
+    e, found = 1e-6, pulls()
+    for v in range(7):
+        for axis in range(2):
+            points[v, axis] += e
+            ahead = cost_of(points, triangles)
+            points[v, axis] -= 2.0 * e
+            behind = cost_of(points, triangles)
+            points[v, axis] += e
+            assert found[v, axis] == pytest.approx((behind - ahead) / (2.0 * e), rel=1e-5, abs=1e-5)
+    for _ in range(60):
+        gx, gy, h, hxx, hxy, hyy = pulls()[6]
+        step = np.linalg.solve([[hxx + h, hxy], [hxy, hyy + h]], (gx, gy))
+        assert gx * step[0] + gy * step[1] >= 0.0
+        points[6] += 0.7 * step
+    assert np.hypot(gx, gy) < 1e-6
+    here = cost_of(points, triangles)
     for k in range(8):
-        assert cost(x + 1e-3 * math.cos(k), y + 1e-3 * math.sin(k)) > here
+        aside = points.copy()
+        aside[6] += 1e-3 * math.cos(k), 1e-3 * math.sin(k)
+        assert cost_of(aside, triangles) > here
+
+
+def test_what_turned_over_is_put_back(monkeypatch):
+    """Two nodes of a square lattice thrown across their triangles by a wrong step; the others keep theirs."""
+    start = triangulated(0.1, 0.03 + 0.94 * np.random.default_rng(8).random((80, 2)))
+    n = len(start.boundary.points)
+    points, was = start.points.copy(), np.zeros((len(start.points), 3))
+    was[:, :2] = points
+    points[[n, n + 9]] += 0.4
+    points[n + 4] += 1e-4
+
+    class Fake:
+        tri, t = start.triangles, start.boundary.t
+
+    Fake.points = points
+    rim, active = np.zeros((n, 4), np.int32), np.arange(len(start.triangles))
+    while kernels.put_back.py_func(Fake, active, len(active), rim, was.ravel()):
+        pass
+    assert areas(points[start.triangles]).min() > 0.0
+    np.testing.assert_array_equal(points[[n, n + 9]], start.points[[n, n + 9]])
+    assert (points[n + 4] != start.points[n + 4]).all()
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -38,6 +38,11 @@ GAIN = 150.0 * math.radians(1.0) ** 2
 WIDE = math.radians(78.0)
 #: squares of these distances, by the number of triangles, where they share a whole turn; one triangle does not
 AROUND = np.array([math.inf] + [(TURN / k - THIRD) ** 2 for k in range(1, 100)])
+#: what is noted of a node: its angle, and by how much its square falls with a triangle more and with one less
+ANGLE, MORE, LESS = range(3)
+NOTES = 3
+#: least length of what an angle is told by
+TINY = 1e-300
 #: share of the way from v to y by which the halves of a node are put apart at first, and rounds of moving to the middle
 APART, TRIES = 0.15, 3
 
@@ -54,54 +59,45 @@ def shape(points, a, b, c):
 
 
 @inner
-def boundary_sides(points, tri, nbr, m, sides):
-    """The segments that leave and reach every boundary node v, both from v, into sides[v]."""
-    for t in range(m):
-        for i in range(3):
-            if nbr[t, i] < 0:
-                a, b = tri[t, i + 1 if i < 2 else 0], tri[t, i - 1 if i > 0 else 2]
-                x, y = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1]
-                sides[a, 0], sides[a, 1], sides[b, 2], sides[b, 3] = x, y, -x, -y
+def angle_between(ux, uy, wx, wy):
+    """Angle from u counter-clockwise to w, above 0, up to a whole turn, to about 1e-5.
+
+    By the polynomial 4.4.49 of Abramowitz and Stegun for the arc tangent of up to 1: no library's function, which
+    would take several times as long.
+    """
+    x, y = ux * wx + uy * wy, ux * wy - uy * wx
+    p, q = abs(x), abs(y)
+    z = min(p, q) / max(max(p, q), TINY)
+    s = z * z
+    z *= 0.9998660 + s * (-0.3302995 + s * (0.1801410 + s * (-0.0851330 + s * 0.0208351)))
+    z = 0.5 * math.pi - z if q > p else z
+    z = math.pi - z if x < 0.0 else z
+    return TURN - z if y < 0.0 or z <= 0.0 else z
 
 
 @inner
-def angle_at(sides, v):
-    """Angle of the region at boundary node v; takes the place of the first side once it is asked for."""
-    ux, uy, wx, wy = sides[v, 0], sides[v, 1], sides[v, 2], sides[v, 3]
-    if wx != 0.0 or wy != 0.0:
-        angle = math.atan2(ux * wy - uy * wx, ux * wx + uy * wy)
-        sides[v, 0], sides[v, 2], sides[v, 3] = angle if angle > 0.0 else angle + TURN, 0.0, 0.0
-    return sides[v, 0]
+def note(gains, v, k):
+    """By how much the square at node v with k triangles falls with one more, and with one less, into its gains."""
+    z = NOTES * v
+    if k < AROUND.shape[0] - 1 and gains[z + ANGLE] == TURN:
+        now, more, less = AROUND[k], AROUND[k + 1], AROUND[k - 1]
+    else:
+        now, more = (gains[z + ANGLE] / k - THIRD) ** 2, (gains[z + ANGLE] / (k + 1) - THIRD) ** 2
+        less = (gains[z + ANGLE] / (k - 1) - THIRD) ** 2 if k > 1 else math.inf
+    gains[z + MORE], gains[z + LESS] = now - more, now - less
 
 
 @inner
-def wants_more(sides, v, k):
-    """Whether node v has too few triangles, k, for its angle."""
-    if v >= sides.shape[0]:
-        return TURN > WIDE * k
-    if WIDE * k >= TURN:
-        return False
-    ux, uy, wx, wy = sides[v, 0], sides[v, 1], sides[v, 2], sides[v, 3]
-    if WIDE * k >= math.pi and ux * wy - uy * wx > 0.0:  # the angle, not asked for so far, is less than that
-        return False
-    return angle_at(sides, v) > WIDE * k
-
-
-@inner
-def misfit(sides, v, k):
-    """The square at node v with k triangles."""
-    if v >= sides.shape[0] and k < AROUND.shape[0]:
-        return AROUND[k]
-    return ((angle_at(sides, v) if v < sides.shape[0] else TURN) / k - THIRD) ** 2
-
-
-@inner
-def fall_at(sides, degree, v, change):
-    """By how much the square at node v falls with ``change`` triangles more."""
-    k = degree[v]
-    if k + change < 1:
-        return -math.inf
-    return misfit(sides, v, k) - misfit(sides, v, k + change)
+def note_all(points, n, degree, rim, gains):
+    """``note`` for all n nodes; on the boundary the angle is the one between the nodes next to them there."""
+    for v in range(n):
+        angle = TURN
+        if v < rim.shape[0]:
+            x, y, a, b = points[v, 0], points[v, 1], rim[v, 0], rim[v, 2]
+            angle = angle_between(points[a, 0] - x, points[a, 1] - y, points[b, 0] - x, points[b, 1] - y)
+        gains[NOTES * v + ANGLE] = angle
+        if degree[v] > 0:
+            note(gains, v, int(degree[v]))
 
 
 @inner
@@ -115,30 +111,29 @@ def count_triangles(tri, m, n, degree):
 
 
 @inner
-def flip_to_even(S, m, degree, sides, awake):
+def flip_to_even(S, m, degree, gains, awake):
     """Flip the edges of not so good triangles where that suits the four nodes better, and wake them; flips made."""
     points, tri, nbr, at = S.points, S.tri, S.nbr, S.tri_of
     flips = 0
     for t in range(m):
-        if shape(points, tri[t, 0], tri[t, 1], tri[t, 2]) < WORSE:
-            continue
         for i in range(3):
             u = int(nbr[t, i])
             if u < 0:
                 continue
-            j = 0 if nbr[u, 0] == t else (1 if nbr[u, 1] == t else 2)
+            j = (nbr[u, 1] == t) + 2 * (nbr[u, 2] == t)
             p, a, b, d = tri[t, i], tri[t, i + 1 if i < 2 else 0], tri[t, i - 1 if i > 0 else 2], tri[u, j]
-            fall = fall_at(sides, degree, p, 1) + fall_at(sides, degree, d, 1)
-            fall += fall_at(sides, degree, a, -1) + fall_at(sides, degree, b, -1)
-            if fall > GAIN and max(shape(points, p, a, d), shape(points, p, d, b)) < OFF:
-                flip(tri, nbr, at, t, i)
-                flips += 1
-                degree[p] += 1
-                degree[d] += 1
-                degree[a] -= 1
-                degree[b] -= 1
-                awake[p] = awake[a] = awake[b] = awake[d] = 1
-                break
+            fall = gains[NOTES * p + MORE] + gains[NOTES * d + MORE] + gains[NOTES * a + LESS] + gains[NOTES * b + LESS]
+            if fall <= GAIN or max(shape(points, p, a, d), shape(points, p, d, b)) >= OFF:
+                continue
+            if max(shape(points, p, a, b), shape(points, d, b, a)) < WORSE:
+                continue
+            flip(tri, nbr, at, t, i)
+            flips += 1
+            for v, change in ((p, 1), (d, 1), (a, -1), (b, -1)):
+                degree[v] += change
+                note(gains, int(v), int(degree[v]))
+                awake[v] = 1
+            break
     return flips
 
 
@@ -169,18 +164,18 @@ def load_star(S, W, t, c, v):
 
 
 @inner
-def best_split(S, W, degree, sides, v):
+def best_split(S, W, gains, fixed, v):
     """The split that gives node v a triangle and lessens the sum most: (node, place of y in its ring); -1 for none."""
     best, node, place = GAIN, -1, -1
-    wide = fall_at(sides, degree, v, 1)
+    wide = gains[NOTES * v + MORE]
     first = t = int(S.tri_of[v])
     for way in range(2):  # on a boundary the turn ends at a segment: then the other way
         while t >= 0:
             i = after(S, t, v)
             c = int(S.tri[t, i])
-            k = load_star(S, W, t, c, v) if c >= sides.shape[0] else 0
+            k = load_star(S, W, t, c, v) if c >= fixed else 0
             for j in range(2, k - 1):
-                fall = wide + fall_at(sides, degree, W.ring[j], 1) + AROUND[k] - (AROUND[j + 2] + AROUND[k - j + 2])
+                fall = wide + gains[NOTES * W.ring[j] + MORE] + AROUND[k] - (AROUND[j + 2] + AROUND[k - j + 2])
                 if fall > best:
                     best, node, place = fall, c, j
             t = int(S.nbr[t, i] if way == 0 else S.nbr[t, i + 1 if i < 2 else 0])
@@ -239,19 +234,19 @@ def split(S, W, k, j, c, p):
 
 
 @inner
-def split_to_even(S, W, n, degree, sides, awake):
+def split_to_even(S, W, n, degree, gains, fixed, awake):
     """Split a neighbour of every node with too few triangles where that suits all better, and wake what is there.
 
     The number of splits. New nodes are interior.
     """
     number = 0
     for v in range(n):
-        if degree[v] < 2 or not wants_more(sides, v, degree[v]):
+        if degree[v] < 2 or gains[NOTES * v + ANGLE] <= WIDE * degree[v]:
             continue
         p = S.counts[NODES]
         if p >= degree.shape[0] or S.counts[TRIANGLES] + 2 > S.tri.shape[0]:
             break
-        c, j = best_split(S, W, degree, sides, v)
+        c, j = best_split(S, W, gains, fixed, v)
         if c < 0:
             continue
         k = load_star(S, W, int(S.tri_of[c]), c, v)
@@ -264,6 +259,9 @@ def split_to_even(S, W, n, degree, sides, awake):
         degree[v] += 1
         degree[W.ring[j]] += 1
         degree[c], degree[p] = j + 2, k - j + 2
+        gains[NOTES * p + ANGLE] = TURN
+        for q in (v, int(W.ring[j]), c, p):
+            note(gains, q, int(degree[q]))
         awake[c] = awake[p] = 1
         for q in range(k):
             awake[W.ring[q]] = 1
@@ -272,10 +270,13 @@ def split_to_even(S, W, n, degree, sides, awake):
 
 
 @inner
-def even_degrees(S, W, degree, sides, awake):
-    """Flips, then splits, each of which lessens the sum of squares; their number."""
+def even_degrees(S, W, degree, rim, awake, gains):
+    """Flips, then splits, each of which lessens the sum of squares; their number.
+
+    rim (b, 4) : ``rim_of``. Scratch: degree (N,) and gains (3 N,) for as many nodes as there is room for.
+    """
     n, m = S.counts[NODES], S.counts[TRIANGLES]
     count_triangles(S.tri, m, n, degree)
-    boundary_sides(S.points, S.tri, S.nbr, m, sides)
-    flips = flip_to_even(S, m, degree, sides, awake)
-    return flips + split_to_even(S, W, n, degree, sides, awake)
+    note_all(S.points, n, degree, rim, gains)
+    flips = flip_to_even(S, m, degree, gains, awake)
+    return flips + split_to_even(S, W, n, degree, gains, rim.shape[0], awake)

@@ -13,8 +13,7 @@ import math
 
 from fubini._jit import inner
 from fubini.optimise._kernels_fill import lowest
-from fubini.optimise._kernels_slide import load_fan, may_slide, newton_along, place_along, put_along
-from fubini.optimise._kernels_smooth import load
+from fubini.optimise._kernels_slide import load, load_fan, may_slide, newton_along, place_along, put_along
 from fubini.optimise._kernels_state import AR, LOW, RELOCATION, SLIDE, SOFT
 
 #: a move is made when the cost falls by more than this share
@@ -139,9 +138,10 @@ def improve_along(S, W, v, scale):
     if not 1.0 < worst < math.inf:
         return False, k
     more = STEADY * (hxx + hyy)
-    step, _ = newton_along(S, W, k, r, s, (gx, gy, hxx + more, hxy, hyy + more))
+    ends = W.rx[0], W.ry[0], W.rx[k], W.ry[k]
+    step, _ = newton_along(S, ends, r, s, (gx, gy, hxx + more, hxy, hyy + more))
     for _ in range(STEPS):
-        may, t, x, y = place_along(S, W, v, k, r, s, step)
+        may, t, x, y = place_along(S, v, ends, r, s, step)
         if may and pays(S, W, k, x - S.points[v, 0], y - S.points[v, 1], cost, worst, scale):
             put_along(S, v, r, s, t, x, y)
             S.counts[SLIDE] += 1

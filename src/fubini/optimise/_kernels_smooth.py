@@ -4,37 +4,50 @@ Interior nodes move freely, nodes of the boundary along their curve (``_kernels_
 
 The shape of a triangle is ``r = (a^2 + b^2 + c^2) / (4 sqrt(3) A)``, 1 for the equilateral one and infinite at no
 area. With ``d = r - 1`` its cost is ``sqrt(d + NEAR) + FAR d^4``: the root grows like the loss of skewness, so
-that the mean rises; the fourth power keeps the worst from paying for it. Where p is a corner and e the apex of the
-equilateral triangle on the edge across, ``d = |p - e|^2 / (2 sqrt(3) A)``.
+that the mean rises; the fourth power keeps the worst from paying for it.
 
-Most nodes lie on a lattice and are at rest. A node is looked at where a triangle beside it is not good to begin with,
-and again when it or a neighbour gained by a move, or an edge beside it was flipped.
+All nodes move at once: one pass over triangles adds to the sums of their corners what the cost falls by, a second over
+nodes takes Newton's step for each by itself, with the others where they were, a little longer, and some of the
+step before (Polyak 1964). That takes more sweeps than to move node by node, but in each a triangle is looked at
+once, not from every corner, and nobody asks which triangles lie around a node. A triangle that is upside down
+after a sweep has its corners put back.
+
+Most nodes lie on a lattice and are at rest. In the first round those of triangles that are not good to begin with are
+awake, in the next ones those that gained by their last move, and where an edge was flipped: they move, and the ones
+beside them.
 """
 
 from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from fubini._jit import inner
 from fubini.optimise._kernels_degrees import even_degrees
-from fubini.optimise._kernels_slide import load_fan, may_slide, newton_along, place_along, put_along
+from fubini.optimise._kernels_slide import newton_along, place_along, put_along, rim_of
 from fubini.optimise._kernels_state import NODES, TRIANGLES
 from fubini.triangulation._kernels_topology import edge_is_illegal, flip
 
 ROOT3 = math.sqrt(3.0)
-HEIGHT = 0.5 * ROOT3
 NEAR, FAR = 0.01, 150.0
-LEAST = math.sqrt(NEAR)
-#: ``d`` above which a triangle has its nodes looked at, and above which its cost is convex in ``d``
-FROM, CONVEX = 3e-4, 0.0765
-#: falls of the cost: less is no reason to move, more has the nodes around looked at again
-FALL, GAIN = 1e-3, 1e-2
-#: attempts to shorten a step that does not pay, and by what
-SHORTER, STEPS = 0.4, 4
-#: sweeps over all nodes before edges are flipped: the first time, when many are flipped, and later
-FIRST_SWEEPS, SWEEPS = 1, 2
+#: ``d`` above which a triangle has its nodes moved
+FROM = 3e-4
+#: twice the fall of the cost that is no reason to slide, nor for another sweep; more than which keeps a node awake
+FALL, GAIN = 1e-3, 5e-3
+#: what is noted of nodes, as bits
+AWAKE, MOVES = 1, 2
+#: length of a step over Newton's, share of the step before that is added, weight of what bends in one direction alone
+OVER, AGAIN, BEND = 1.2, 0.3, 1.5
+#: sweeps over all nodes before edges are flipped: the first time, when many are flipped, the second time, and later
+SWEEPS = 1, 4, 3
 #: an angle is acute where the product of its sides is more than this share of their squares
 ACUTE = 1e-12
+#: the sums of a node: the fall by x and by y, second derivatives that are the same in all directions, and xx, xy, yy
+GX, GY, HH, HXX, HXY, HYY = range(6)
+ROW = 6
+#: what is noted of a node before it moves: where it was, on the boundary also its parameter
+WAS = 3
 
 
 @inner
@@ -48,183 +61,202 @@ def survey(points, tri, m, at, awake):
         ux, uy, vx, vy = points[b, 0] - x, points[b, 1] - y, points[c, 0] - x, points[c, 1] - y
         sides = ux * ux + uy * uy + vx * vx + vy * vy - (ux * vx + uy * vy)
         if sides > (1.0 + FROM) * ROOT3 * (ux * vy - uy * vx):
-            awake[a] = awake[b] = awake[c] = 1
+            awake[a] = awake[b] = awake[c] = AWAKE
             found = True
     return found
 
 
 @inner
-def load(points, tri, nbr, t, v, ring, rx, ry):
-    """Nodes around interior node v, counter-clockwise from triangle t, and where they lie from v; their number k.
-
-    rx[k], ry[k] repeat the first. 0 where there are too many.
-    """
-    x, y = points[v, 0], points[v, 1]
-    first, k = t, 0
-    while k < ring.shape[0] - 1:
-        # the corner after v, without a branch
-        i1 = 1 + (tri[t, 1] == v) - (tri[t, 2] == v)
-        a = tri[t, i1]
-        ring[k] = a
-        rx[k], ry[k] = points[a, 0] - x, points[a, 1] - y
-        k += 1
-        t = nbr[t, i1]
-        if t == first:
-            rx[k], ry[k] = rx[0], ry[0]
-            return k
-        if t < 0:
-            return 0
-    return 0
+def clear(sums, number):
+    """Set so many sums to nothing."""
+    for z in range(number):
+        sums[z] = 0.0
 
 
 @inner
-def star_cost(rx, ry, k, x, y):
-    """Cost of the k triangles between (x, y) and the edges of its ring; infinite where one is upside down."""
-    total = 0.0
-    cx, cy = rx[0] - x, ry[0] - y
-    for q in range(k):
-        bx, by = cx, cy
-        cx, cy = rx[q + 1] - x, ry[q + 1] - y
-        area = ROOT3 * (bx * cy - by * cx)
-        if area <= 0.0:
-            return math.inf
-        ux, uy = 0.5 * (bx + cx) - HEIGHT * (cy - by), 0.5 * (by + cy) + HEIGHT * (cx - bx)
-        d = (ux * ux + uy * uy) / area
-        square = d * d
-        total += math.sqrt(d + NEAR) + FAR * square * square
-    return total - k * LEAST
+def gather(S, awake, active, sums, was):
+    """Nodes that are awake, and those beside them, are to move; list the triangles there, and begin anew with the sums.
+
+    Their number. No node has moved before.
+    """
+    points, tri, m, n, k = S.points, S.tri, S.counts[TRIANGLES], S.counts[NODES], 0
+    for v in range(n):
+        awake[v] &= AWAKE
+        was[WAS * v], was[WAS * v + 1] = points[v, 0], points[v, 1]
+    for t in range(m):
+        a, b, c = tri[t, 0], tri[t, 1], tri[t, 2]
+        if (awake[a] | awake[b] | awake[c]) & AWAKE:
+            awake[a] |= MOVES
+            awake[b] |= MOVES
+            awake[c] |= MOVES
+    for t in range(m):
+        active[k] = t
+        k += (awake[tri[t, 0]] | awake[tri[t, 1]] | awake[tri[t, 2]]) >> 1
+    clear(sums, ROW * n)
+    return k
 
 
 @inner
-def slopes(rx, ry, k, x, y):
-    """Cost at (x, y), minus its derivatives and what serves as its second: (cost, gx, gy, hxx, hxy, hyy).
+def pull(points, tri, active, k, sums):
+    """Add to the sums of nodes what the first k active triangles want of them; whether none is upside down.
 
-    The second are positive: what is not convex is left out, and what depends on the areas.
+    Nodes of one that is are to stay: the second derivative is minus infinity.
+    With the sides p, q, r opposite to the corners, a half turn apart, and f(d) the cost, the fall of the cost with the
+    place of the corner opposite to p is ``f' / (sqrt(3) A) (r - q + sqrt(3) (1 + d) turned(p))``, A twice the area,
+    and its second derivative about ``2 f' / (sqrt(3) A)`` in all directions, and along the first one ``f''`` times
+    its square over ``f'^2``, which is left out where it is negative.
     """
-    total = gx = gy = h = hxx = hxy = hyy = 0.0
-    cx, cy = rx[0] - x, ry[0] - y
+    valid = True
     for q in range(k):
-        bx, by = cx, cy
-        cx, cy = rx[q + 1] - x, ry[q + 1] - y
-        nx, ny = by - cy, cx - bx
-        area = ROOT3 * (bx * cy - by * cx)
+        t = active[q]
+        a, b, c = np.int64(tri[t, 0]), np.int64(tri[t, 1]), np.int64(tri[t, 2])
+        ax, ay, bx, by, cx, cy = points[a, 0], points[a, 1], points[b, 0], points[b, 1], points[c, 0], points[c, 1]
+        px, py, qx, qy, rx, ry = cx - bx, cy - by, ax - cx, ay - cy, bx - ax, by - ay
+        area = ROOT3 * (rx * py - ry * px)
         if area <= 0.0:
-            return math.inf, 0.0, 0.0, 1.0, 0.0, 1.0
-        ux, uy = 0.5 * (bx + cx) + HEIGHT * nx, 0.5 * (by + cy) + HEIGHT * ny
+            valid = False
+            sums[ROW * a + HH] = sums[ROW * b + HH] = sums[ROW * c + HH] = -math.inf
+            continue
+        off = 0.5 * (px * px + py * py + qx * qx + qy * qy + rx * rx + ry * ry) - area
         # one division for 1 / area and 1 / (d + NEAR)
-        off = ux * ux + uy * uy
         near = off + NEAR * area
         share = 1.0 / (area * near)
+        flat = area * math.sqrt(share)  # 1 / sqrt(d + NEAR)
         inverse = near * share
         d = off * inverse
-        flat = area * math.sqrt(share)  # 1 / sqrt(d + NEAR)
-        cube = d * d * d
-        w = inverse * (flat + 8.0 * FAR * cube)  # twice the derivative of the cost by d, over the area
-        total += near * inverse * flat + FAR * d * cube
-        d *= HEIGHT
-        sx, sy = ux + d * nx, uy + d * ny  # minus half the derivatives of d, times the area
-        gx += w * sx
-        gy += w * sy
-        h += w
-        if d > HEIGHT * CONVEX:
-            bend = 4.0 * inverse * inverse * (9.0 * FAR * d * d - 0.25 * flat * flat * flat)
-            hxx += bend * sx * sx
-            hxy += bend * sx * sy
-            hyy += bend * sy * sy
-    return total - k * LEAST, gx, gy, hxx + h, hxy, hyy + h
+        square = FAR * d * d
+        first = 0.5 * flat + 4.0 * square * d
+        second = 12.0 * square - 0.25 * flat * flat * flat
+        w = first * inverse
+        u, h = ROOT3 * w + ROOT3 * d * w, w + w
+        fx, fy = w * (rx - qx) - u * py, w * (ry - qy) + u * px
+        gx, gy = w * (px - rx) - u * qy, w * (py - ry) + u * qx
+        a, b, c = ROW * a, ROW * b, ROW * c
+        sums[a + GX] += fx
+        sums[a + GY] += fy
+        sums[a + HH] += h
+        sums[b + GX] += gx
+        sums[b + GY] += gy
+        sums[b + HH] += h
+        sums[c + GX] -= fx + gx
+        sums[c + GY] -= fy + gy
+        sums[c + HH] += h
+        if second > 0.0:
+            w = BEND * second / (first * first)
+            bend(sums, a, w, fx, fy)
+            bend(sums, b, w, gx, gy)
+            bend(sums, c, w, fx + gx, fy + gy)
+    return valid
 
 
 @inner
-def downhill(rx, ry, k, x, y):
-    """Cost at (x, y) and Newton's step to its least value: (cost, dx, dy, slope), slope the fall to expect twice."""
-    cost, gx, gy, hxx, hxy, hyy = slopes(rx, ry, k, x, y)
-    share = 1.0 / (hxx * hyy - hxy * hxy)
-    dx, dy = share * (gx * hyy - gy * hxy), share * (gy * hxx - gx * hxy)
-    return cost, dx, dy, gx * dx + gy * dy
+def bend(sums, z, w, x, y):
+    """Add w times the square of (x, y) to second derivatives."""
+    sums[z + HXX] += w * x * x
+    sums[z + HXY] += w * x * y
+    sums[z + HYY] += w * y * y
 
 
 @inner
-def move(points, v, rx, ry, k):
-    """Move node v where that lowers the cost around it; by how much it fell.
+def forget(sums, z):
+    """Set the sums of a node to nothing."""
+    for i in range(ROW):
+        sums[z + i] = 0.0
 
-    A step that is to gain less than ``GAIN`` is taken without a look at the cost there: it is too short to turn a
-    triangle upside down, as second derivatives grow with the inverse of the areas.
+
+@inner
+def step_inside(points, awake, fixed, n, sums, was):
+    """Move the interior nodes that are to move; the largest fall of the cost around one to expect, twice.
+
+    Those where it is no more than ``GAIN`` are not awake afterwards.
     """
-    cost, dx, dy, slope = downhill(rx, ry, k, 0.0, 0.0)
-    if slope < 2.0 * FALL:
-        return 0.0
-    if slope < 2.0 * GAIN:
-        points[v, 0] += dx
-        points[v, 1] += dy
-        return 0.5 * slope
-    for _ in range(STEPS):
-        fall = cost - star_cost(rx, ry, k, dx, dy)
-        if fall > FALL:
-            points[v, 0] += dx
-            points[v, 1] += dy
-            return fall
-        dx, dy = SHORTER * dx, SHORTER * dy
-    return 0.0
-
-
-@inner
-def smooth_sweep(points, tri, nbr, n, fixed, at, awake, ring, rx, ry):
-    """Look at every interior node that is awake; the number moved."""
-    moved = 0
+    most = 0.0
     for v in range(fixed, n):
-        if awake[v] == 0:
+        z, p = ROW * v, WAS * v
+        h = sums[z + HH]
+        if awake[v] & MOVES and h > 0.0:
+            gx, gy, hxx, hxy, hyy = sums[z + GX], sums[z + GY], sums[z + HXX] + h, sums[z + HXY], sums[z + HYY] + h
+            share = 1.0 / (hxx * hyy - hxy * hxy)
+            dx, dy = share * (gx * hyy - gy * hxy), share * (gy * hxx - gx * hxy)
+            slope = gx * dx + gy * dy
+            most = max(most, slope)
+            awake[v] = MOVES + (slope > GAIN)
+            x, y = points[v, 0], points[v, 1]
+            points[v, 0], points[v, 1] = x + OVER * dx + AGAIN * (x - was[p]), y + OVER * dy + AGAIN * (y - was[p + 1])
+            was[p], was[p + 1] = x, y
+        forget(sums, z)
+    return most
+
+
+@inner
+def step_along(S, awake, rim, sums, was):
+    """Slide the nodes of the boundary that are to move, and may; as ``step_inside``."""
+    most = 0.0
+    for v in range(rim.shape[0]):
+        z, p = ROW * v, WAS * v
+        h, r, s = sums[z + HH], np.int64(rim[v, 1]), np.int64(rim[v, 3])
+        awake[v] &= MOVES
+        if awake[v] and h > 0.0 and r >= 0:
+            x, y = S.points[v, 0], S.points[v, 1]
+            was[p], was[p + 1], was[p + 2] = x, y, S.t[r, 0]
+            a, b = rim[v, 0], rim[v, 2]
+            ends = S.points[a, 0] - x, S.points[a, 1] - y, S.points[b, 0] - x, S.points[b, 1] - y
+            slopes = sums[z + GX], sums[z + GY], sums[z + HXX] + h, sums[z + HXY], sums[z + HYY] + h
+            step, slope = newton_along(S, ends, r, s, slopes)
+            if slope > FALL:
+                most = max(most, slope)
+                may, t, x, y = place_along(S, v, ends, r, s, OVER * step)
+                if may:
+                    put_along(S, v, r, s, t, x, y)
+                    awake[v] += slope > GAIN
+        forget(sums, z)
+    return most
+
+
+@inner
+def put_back(S, active, k, rim, was):
+    """Put the corners of active triangles that are upside down back to where they were; how many had moved."""
+    points, tri, moved = S.points, S.tri, 0
+    for q in range(k):
+        t = active[q]
+        a, b, c = tri[t, 0], tri[t, 1], tri[t, 2]
+        x, y = points[a, 0], points[a, 1]
+        if (points[b, 0] - x) * (points[c, 1] - y) - (points[b, 1] - y) * (points[c, 0] - x) > 0.0:
             continue
-        awake[v] = 0
-        k = load(points, tri, nbr, int(at[v]), v, ring, rx, ry)
-        fall = move(points, v, rx, ry, k) if k > 0 else 0.0
-        if fall > 0.0:
+        for i in range(3):
+            v = tri[t, i]
+            p = WAS * v
+            if points[v, 0] == was[p] and points[v, 1] == was[p + 1]:
+                continue
             moved += 1
-            if fall > GAIN:
-                awake[v] = 1
-                for q in range(k):
-                    awake[ring[q]] = 1
+            points[v, 0], points[v, 1] = was[p], was[p + 1]
+            if v < rim.shape[0]:
+                S.t[rim[v, 3], 1] = S.t[rim[v, 1], 0] = was[p + 2]
     return moved
 
 
 @inner
-def slide(S, W, v):
-    """Move boundary node v along its curve where that lowers the cost around it: (fall, k), k as of ``load_fan``.
+def repair(S, active, k, rim, was):
+    """``put_back`` until nothing is left to do: each node goes back once at most."""
+    while put_back(S, active, k, rim, was) > 0:
+        pass
 
-    Not the legs of a sharp corner.
+
+@inner
+def sweep(S, fixed, slides, awake, active, k, rim, sums, was):
+    """Move the nodes that are to move, on the boundary where ``slides``; the largest fall to expect, twice.
+
+    What the sweep before turned over is put back first.
     """
-    k, r, s = load_fan(S, W, v)
-    if k == 0 or not may_slide(S, r, s) or S.sharp[W.ring[0]] + S.sharp[W.ring[k]] > 0:
-        return 0.0, k
-    cost, gx, gy, hxx, hxy, hyy = slopes(W.rx, W.ry, k, 0.0, 0.0)
-    step, slope = newton_along(S, W, k, r, s, (gx, gy, hxx, hxy, hyy))
-    if slope < 2.0 * FALL:
-        return 0.0, k
-    for _ in range(STEPS):
-        may, t, x, y = place_along(S, W, v, k, r, s, step)
-        fall = cost - star_cost(W.rx, W.ry, k, x - S.points[v, 0], y - S.points[v, 1]) if may else 0.0
-        if fall > FALL:
-            put_along(S, v, r, s, t, x, y)
-            return fall, k
-        step *= SHORTER
-    return 0.0, k
-
-
-@inner
-def slide_sweep(S, W, fixed, awake):
-    """Look at every node of the boundary that is awake and may slide; the number moved."""
-    moved = 0
-    for v in range(fixed):
-        if awake[v] == 0 or S.kind[v] != 1:
-            continue
-        awake[v] = 0
-        fall, k = slide(S, W, v)
-        if fall > 0.0:
-            moved += 1
-            if fall > GAIN:
-                awake[v] = 1
-                for q in range(k + 1):
-                    awake[W.ring[q]] = 1
-    return moved
+    if not pull(S.points, S.tri, active, k, sums):
+        repair(S, active, k, rim, was)
+        clear(sums, ROW * S.counts[NODES])
+        pull(S.points, S.tri, active, k, sums)
+    most = step_inside(S.points, awake, fixed, S.counts[NODES], sums, was)
+    if slides:
+        return max(most, step_along(S, awake, rim, sums, was))
+    clear(sums, ROW * fixed)
+    return most
 
 
 @inner
@@ -241,7 +273,7 @@ def flip_from(points, tri, nbr, at, awake, stack, s):
                 stack[count], stack[count + 1] = u, t
                 count += 2
                 flips += 1
-                awake[tri[t, 0]] = awake[tri[t, 1]] = awake[tri[t, 2]] = awake[tri[u, 2]] = 1
+                awake[tri[t, 0]] = awake[tri[t, 1]] = awake[tri[t, 2]] = awake[tri[u, 2]] = AWAKE
                 break
     return flips
 
@@ -265,31 +297,32 @@ def flip_all(points, tri, nbr, m, at, awake, stack):
 
 @inner
 def smooth(S, W, fixed, rounds):
-    """Move nodes and flip edges to be Delaunay again, ``rounds`` times; moves, flips and splits made.
+    """Move nodes and flip edges to be Delaunay again, ``rounds`` times; sweeps, flips and splits made.
 
     The first ``fixed`` nodes lie on the boundary and move from the second round on. Between the first two rounds flips
     and splits even out the number of triangles at nodes (``even_degrees``). Nothing may have been removed. Scratch, of
-    what the moves fill anew: ``S.low`` for nodes that are awake, ``S.queue`` for their degrees, ``S.key``.
+    what the moves fill anew: ``S.low`` for nodes that move, ``S.queue`` for their degrees, ``S.todo`` for the rim,
+    ``S.stack`` for the triangles that are active, ``S.key``.
     """
     points, tri, nbr, at, n = S.points, S.tri, S.nbr, S.tri_of, S.points.shape[0]
-    total, awake = 0, S.low[:n]
+    awake, rim, sums, was = S.low[:n], S.todo[: 4 * fixed].reshape((fixed, 4)), S.key[: ROW * n], S.key[ROW * n :]
     for v in range(n):
         awake[v] = 0
     if not survey(points, tri, S.counts[TRIANGLES], at, awake):
         return 0
+    rim_of(S, rim)
+    total = 0
     for turn in range(rounds):
-        done = 0
-        for _ in range(FIRST_SWEEPS if turn == 0 else SWEEPS):
-            done += smooth_sweep(points, tri, nbr, S.counts[NODES], fixed, at, awake, W.ring, W.rx, W.ry)
-            if turn > 0:
-                done += slide_sweep(S, W, fixed, awake)
+        k, done = gather(S, awake, S.stack, sums, was), 0
+        for _ in range(SWEEPS[min(turn, 2)]):
+            most = sweep(S, fixed, turn > 0, awake, S.stack, k, rim, sums, was)
+            done += most > 0.0
+            if most < FALL:
+                break
         if done == 0:
             break
+        repair(S, S.stack, k, rim, was)
         total += done + flip_all(points, tri, nbr, S.counts[TRIANGLES], at, awake, S.stack)
         if turn == 0 and rounds > 1:
-            sides = S.key[: 4 * fixed].reshape((fixed, 4))
-            for v in range(fixed):
-                for i in range(4):
-                    sides[v, i] = 0.0
-            total += even_degrees(S, W, S.queue[:n], sides, awake)
+            total += even_degrees(S, W, S.queue[:n], rim, awake, was)
     return total

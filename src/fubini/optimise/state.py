@@ -195,10 +195,11 @@ def _kept_state(room: int, options: OptimiseOptions, tracks: Tracks) -> State:
 
 
 def _scratch(nodes: int, triangles: int) -> list[NDArray]:
-    """The arrays from ``free`` to ``tried``; ``key`` holds four numbers for each node, too (``_kernels_smooth``)."""
+    """The arrays from ``free`` to ``tried``; for ``_kernels_smooth`` four and nine numbers a node in two of them."""
+    todo, key = max(2 * triangles, 4 * nodes), max(2 * triangles, 9 * nodes)
     return [
         np.empty(triangles, np.int32), np.empty(2 * triangles, np.int32), np.empty(triangles, np.int32),
-        np.empty(2 * triangles, np.int32), np.empty(max(2 * triangles, 4 * nodes)), np.zeros(triangles, np.int32),
+        np.empty(todo, np.int32), np.empty(key), np.zeros(triangles, np.int32),
         np.empty(triangles, np.int32), np.zeros(nodes, np.int32), np.zeros(triangles, np.int32),
     ]  # fmt: skip
 
