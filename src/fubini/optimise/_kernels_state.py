@@ -58,7 +58,7 @@ class StateArrays(NamedTuple):
     tri (M, 3), nbr (M, 3) int32 : as in ``Triangulation``; ``tri[t, 0] = -1``: removed.
     free (M,) int32 : numbers of removed triangles, ``counts[FREED]`` of them.
     queue, todo (2 M,) int32, key (2 M,) : triangles that a move left flawed, ``counts[QUEUED]`` of them; their order.
-        In polishing, nodes that wait.
+        In polishing, nodes that wait. In smoothing todo has 4 N entries and key 9 N, where that is more.
     stack (M,) int32 : triangles to make Delaunay.
     mark (M,) int32 : stamps of the cavity at hand.
     low (M,) int32 : triangles to be raised, and in the end the flawed ones.

@@ -28,9 +28,9 @@ KEPT_SKEW = (64.0, 62.0, 60.0, 58.0, 55.0, 50.0)
 def smooth(triangulation: Triangulation, tracks: Tracks | None = None, rounds: int = ROUNDS) -> Triangulation:
     """Raise the mean quality: nodes move, edges are flipped to be Delaunay again, few nodes are split in two.
 
-    All nodes move at once, towards a lower cost of the triangles around them (see ``_kernels_smooth``), and go back where
-    one turned upside down; a node on the boundary moves along its curve, where its
-    segments belong to this face alone, and not at all without ``tracks``. Splits give a triangle more to nodes that
+    All nodes move at once, towards a lower cost of the triangles around them (see ``_kernels_smooth``), and go back
+    where one turned upside down; a node on the boundary moves along its curve, where its segments belong to this face
+    alone, and not at all without ``tracks``. Splits give a triangle more to nodes that
     have too few for their angle (see ``_kernels_degrees``). The work is in proportion to the number of triangles.
     """
     options = OptimiseOptions(allow_splits=tracks is not None)
