@@ -23,7 +23,7 @@ NODE_DISTANCE, SEGMENT_DISTANCE = 0.65, 0.5
 NEAR = 48
 #: where about as many triangles are wanted as of one size, up to this ratio, the largest triangles go first: the limit
 #: comes down in so many steps of that height, until there are as many triangles as are wanted, and this share more
-EVEN, STEPS, STEP, FILLED = 1.1, 2, 0.075, 1.05
+EVEN, STEPS, STEP, FILLED = 1.03, 2, 0.075, 1.06
 #: more triangles than there are
 MANY = 2**31 - 1
 
