@@ -7,6 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import fubini
+import regions
 from fubini.optimise import OptimiseOptions, even_out, optimise, smooth
 from fubini.optimise.levels import Uneven, levelled
 from fubini.optimise.pocket import Pocket, slides
@@ -166,3 +168,11 @@ def test_a_slide_stays_between_the_neighbours():
         t, place = slides(start.boundary, tracks, 0, 1, share)
         np.testing.assert_allclose(place, [x, 0.0], atol=1e-12)
         np.testing.assert_allclose(evaluate(tracks, 0, t)[0], place)
+
+
+def test_trials_whose_triangles_have_next_to_no_area_keep_their_nodes_within_reach():
+    """Smoothing took a step without end where second derivatives cancelled, and left nodes at infinity."""
+    region = regions.random_polygon(400100)
+    with np.errstate(invalid="raise", over="raise"):
+        mesh = fubini.mesh(regions.model_of(region), region.diagonal / 68.20175711977865)
+    assert mesh.certificate.certified

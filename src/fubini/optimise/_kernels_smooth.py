@@ -179,11 +179,12 @@ def step_inside(points, awake, fixed, n, sums, was):
             share = 1.0 / (hxx * hyy - hxy * hxy)
             dx, dy = share * (gx * hyy - gy * hxy), share * (gy * hxx - gx * hxy)
             slope = gx * dx + gy * dy
-            most = max(most, slope)
-            awake[v] = MOVES + (slope > GAIN)
-            x, y = points[v, 0], points[v, 1]
-            points[v, 0], points[v, 1] = x + OVER * dx + AGAIN * (x - was[p]), y + OVER * dy + AGAIN * (y - was[p + 1])
-            was[p], was[p + 1] = x, y
+            if 0.0 <= slope < math.inf:  # not where a triangle has next to no area: second derivatives may cancel there
+                most = max(most, slope)
+                awake[v] = MOVES + (slope > GAIN)
+                x, y, wx, wy = points[v, 0], points[v, 1], was[p], was[p + 1]
+                points[v, 0], points[v, 1] = x + OVER * dx + AGAIN * (x - wx), y + OVER * dy + AGAIN * (y - wy)
+                was[p], was[p + 1] = x, y
         forget(sums, z)
     return most
 
@@ -203,7 +204,7 @@ def step_along(S, awake, rim, sums, was):
             ends = S.points[a, 0] - x, S.points[a, 1] - y, S.points[b, 0] - x, S.points[b, 1] - y
             slopes = sums[z + GX], sums[z + GY], sums[z + HXX] + h, sums[z + HXY], sums[z + HYY] + h
             step, slope = newton_along(S, ends, r, s, slopes)
-            if slope > FALL:
+            if FALL < slope < math.inf:
                 most = max(most, slope)
                 may, t, x, y = place_along(S, v, ends, r, s, OVER * step)
                 if may:
@@ -221,7 +222,8 @@ def put_back(S, active, k, rim, was):
         t = active[q]
         a, b, c = tri[t, 0], tri[t, 1], tri[t, 2]
         x, y = points[a, 0], points[a, 1]
-        if (points[b, 0] - x) * (points[c, 1] - y) - (points[b, 1] - y) * (points[c, 0] - x) > 0.0:
+        area2 = (points[b, 0] - x) * (points[c, 1] - y) - (points[b, 1] - y) * (points[c, 0] - x)
+        if 0.0 < area2 < math.inf:
             continue
         for i in range(3):
             v = tri[t, i]
