@@ -24,6 +24,8 @@ NEAR = 48
 #: where about as many triangles are wanted as of one size, up to this ratio, the largest triangles go first: the limit
 #: comes down in so many steps of that height, until there are as many triangles as are wanted, and this share more
 EVEN, STEPS, STEP, FILLED = 1.03, 2, 0.075, 1.06
+#: with more triangles than these those at the boundary, which are too many, count little
+SMALL = 1000.0
 #: more triangles than there are
 MANY = 2**31 - 1
 
@@ -293,13 +295,13 @@ def advance(S, W, h, gradient, limit):
     """Insert points from the boundary inwards until no triangle is oversize. DONE or FULL.
 
     ``S.size`` holds the sizes wanted at the nodes; interior ones are lowered to the gradient first. Where these
-    sizes differ little, points stop once there are as many triangles as these sizes ask for. A last pass takes every
-    edge for the front, where the others found no room.
+    sizes differ little and triangles are few, points stop once there are as many triangles as these sizes ask for. A
+    last pass takes every edge for the front, where the others found no room.
     """
     grade(S, h, gradient)
     wanted, uniform = room(S, h)
     steps, most = 0, MANY
-    if wanted < EVEN * uniform:
+    if wanted < min(SMALL, EVEN * uniform):
         steps, most = STEPS, np.int64(FILLED * wanted)
     failed, loose, everywhere, enough = 0, limit + steps * STEP, False, MANY
     while True:
