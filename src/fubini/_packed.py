@@ -10,12 +10,8 @@ from numpy.typing import NDArray
 
 #: Letters that stand for types of entries.
 LETTERS: dict[str, np.dtype[Any]] = {
-    "d": np.dtype(float),
-    "i": np.dtype("i4"),
-    "l": np.dtype("i8"),
-    "u": np.dtype("u4"),
-    "b": np.dtype("u1"),
-}
+    "d": np.dtype(float), "i": np.dtype("i4"), "l": np.dtype("i8"), "u": np.dtype("u4"), "b": np.dtype("u1"),
+}  # fmt: skip
 
 
 def row_of(field: str) -> int:

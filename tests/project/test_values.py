@@ -12,28 +12,25 @@ import pytest
 from fubini._values import value
 
 
-@dataclass(frozen=True)
-class Usual:
-    a: int
-    b: list[int] = field(default_factory=list)
-    c: str = "c"
-    fields: int = 0
+def declared(name, decorate):
+    """The same class, decorated."""
 
-    def __post_init__(self) -> None:
-        if self.a < 0:
-            raise ValueError("a")
+    class Declared:
+        a: int
+        b: list[int] = field(default_factory=list)
+        c: str = "c"
+        fields: int = 0
+
+        def __post_init__(self) -> None:
+            if self.a < 0:
+                raise ValueError("a")
+
+    Declared.__name__ = Declared.__qualname__ = name
+    return decorate(Declared)
 
 
-@value(frozen=True)
-class Fast:
-    a: int
-    b: list[int] = field(default_factory=list)
-    c: str = "c"
-    fields: int = 0
-
-    def __post_init__(self) -> None:
-        if self.a < 0:
-            raise ValueError("a")
+Usual = declared("Usual", dataclass(frozen=True))
+Fast = declared("Fast", value(frozen=True))
 
 
 @pytest.mark.parametrize(

@@ -98,7 +98,7 @@ def _sizes(points: Float, triangles: NDArray[np.int32]) -> tuple[Float, Float, F
     return np.sqrt(square).mean(axis=1), shape, np.sqrt(most)
 
 
-def _flawed_shape(options: OptimiseOptions) -> float:
+def flawed_shape(options: OptimiseOptions) -> float:
     """Shape at the skewness bound."""
     return float(1.0 / np.tan(np.radians(options.min_skew)))
 
@@ -125,7 +125,7 @@ class Uneven:
         """Those of a whole mesh."""
         size, shape, _ = _sizes(mesh.points, mesh.triangles)
         none = np.empty(0, np.intp)
-        start = cls(size, shape >= _flawed_shape(options), none, none, none, np.empty(0))
+        start = cls(size, shape >= flawed_shape(options), none, none, none, np.empty(0))
         first, side = np.nonzero(mesh.neighbours > np.arange(len(size))[:, None])
         return start._with(first, side, mesh, options)
 
@@ -160,7 +160,7 @@ class Uneven:
         stay = kept[self.first] & kept[self.second]
         same = Uneven(
             np.concatenate([self.size[kept], size]),
-            np.concatenate([self.flawed[kept], shape >= _flawed_shape(options)]),
+            np.concatenate([self.flawed[kept], shape >= flawed_shape(options)]),
             number[self.first[stay]], self.side[stay], number[self.second[stay]], self.ratio[stay],
         )  # fmt: skip
         beyond = mesh.neighbours[fresh]

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fubini.optimise import OptimiseOptions
+from fubini.optimise.levels import flawed_shape
 from fubini.optimise.smooth import evened
-from fubini.optimise.state import writable
 from fubini.pipeline._kernels_across import beside
-from fubini.pipeline.strip import with_core
+from fubini.pipeline.strip import stacked, with_core
+from fubini.quality import squared_lengths
 from fubini.sampling.boundary import EdgeNodes
 from fubini.sampling.network import Network
 
@@ -67,7 +69,7 @@ def evened_across(
         for f in now.uneven(options.growth, (MOST, LEAST)[turn % 2]):
             old = results[f].outcome.triangulation
             even, _, longest = evened(old, options, now.outside(f))
-            if even is not old and longest <= _longest(old.points, old.triangles):
+            if even is not old and longest <= math.sqrt(squared_lengths(old.points[old.triangles]).max()):
                 mesh = with_core(even, results[f].mesh.core)
                 outcome = results[f].outcome.on(even)
                 results = [*results[:f], replace(results[f], mesh=mesh, outcome=outcome), *results[f + 1 :]]
@@ -90,18 +92,7 @@ def _beside(network: Network, nodes: EdgeNodes, results: list[FaceResult], optio
         [mesh.boundary.track for mesh in meshes], [mesh.boundary.t for mesh in meshes],
     )  # fmt: skip
     beside(
-        starts, *(_stacked(part) for part in parts), network.edges, network.uses, nodes.first, nodes.t,
-        float(1.0 / np.tan(np.radians(options.min_skew))), size, place, found,
+        starts, *(stacked(part) for part in parts), network.edges, network.uses, nodes.first, nodes.t,
+        flawed_shape(options), size, place, found,
     )  # fmt: skip
     return Beside(starts[:, 2].tolist(), size, place, found)
-
-
-def _stacked(parts: list[NDArray[Any]]) -> NDArray[Any]:
-    """Arrays one behind the other."""
-    return writable(parts[0], parts[0].dtype) if len(parts) == 1 else np.concatenate(parts)
-
-
-def _longest(points: Float, triangles: NDArray[np.int32]) -> float:
-    """Length of the longest edge."""
-    corners = points[triangles]
-    return float(np.sqrt(((corners - np.roll(corners, 1, axis=1)) ** 2).sum(axis=2).max()))

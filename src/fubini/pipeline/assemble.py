@@ -4,17 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import field
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fubini._values import value
 from fubini.model import Frame, Model
-from fubini.optimise.state import writable
 from fubini.pipeline import _kernels_assemble as kernels
 from fubini.pipeline.faces import FaceResult
-from fubini.pipeline.strip import FaceMesh
+from fubini.pipeline.strip import FaceMesh, stacked
 from fubini.sampling.network import Network
 
 Float = NDArray[np.float64]
@@ -56,11 +54,11 @@ def assemble(model: Model, network: Network, results: list[FaceResult]) -> Assem
     axes = np.array([(f.frame.origin, f.frame.x_axis, f.frame.y_axis) for f in model.faces], float)
     pieces = model.numbering.pieces
     total, index, segments, edge_of, t, far, lifted = kernels.assemble(
-        *network.exact, _stacked([b.segments for b in boundaries]), _stacked([b.track for b in boundaries]),
-        _stacked([b.t for b in boundaries]), network.edges, model.numbering.vertices,
+        *network.exact, stacked([b.segments for b in boundaries]), stacked([b.track for b in boundaries]),
+        stacked([b.t for b in boundaries]), network.edges, model.numbering.vertices,
         NO_SPANS if pieces is None else pieces.spans, model.numbering.edges,
         axes, np.array(starts, np.int64), vertices, places,
-        _stacked([mesh.points for mesh in meshes]), _stacked([mesh.triangles for mesh in meshes]),
+        stacked([mesh.points for mesh in meshes]), stacked([mesh.triangles for mesh in meshes]),
         0.5 * SAME_POINT * model.diagonal, points, triangles,
     )  # fmt: skip
     points = points[: total + inner]
@@ -90,11 +88,6 @@ def _starts(network: Network, meshes: list[FaceMesh]) -> list[list[int]]:
         )  # fmt: skip
         starts.append([a + b for a, b in zip(starts[-1], lengths)])
     return starts
-
-
-def _stacked(parts: list[NDArray[Any]]) -> NDArray[Any]:
-    """Arrays one behind the other; the only one as it is, if kernels take it."""
-    return writable(parts[0], parts[0].dtype) if len(parts) == 1 else np.concatenate(parts)
 
 
 def _lone_places(model: Model) -> tuple[NDArray[np.int64], Float]:

@@ -73,3 +73,8 @@ def _arrays(boundary: Boundary) -> list[NDArray[Any]]:
     """The arrays of a boundary as kernels take them."""
     b = boundary
     return [writable(x, x.dtype) for x in (b.points, b.kind, b.size, b.angle, b.segments, b.track, b.t, b.mode)]
+
+
+def stacked(parts: list[NDArray[Any]]) -> NDArray[Any]:
+    """Arrays one behind the other, as kernels take them; the only one as it is, if they take it."""
+    return writable(parts[0], parts[0].dtype) if len(parts) == 1 else np.concatenate(parts)
