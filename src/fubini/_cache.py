@@ -20,7 +20,10 @@ import numpy as np
 from fubini._turns import CHECK
 
 #: Modules that compile, link and load kernels.
-COMPILING = "_build", "_cache", "_compiler", "_guard", "_image", "_jit", "_load", "_reference"
+COMPILING = (
+    "_build", "_builder", "_cache", "_compiler", "_guard", "_image", "_jit", "_load", "_lowering", "_operations",
+    "_reference",
+)  # fmt: skip
 
 
 def package_folder(name: str) -> Path | None:

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import math
 
+import llvmlite.binding
 import numba
 import numpy as np
 import pytest
+from llvmlite import ir
 
+from fubini._builder import Builder, sweep
 from fubini._compiler import _Flags, _Lookups
 from fubini._jit import inner, kernel
 
@@ -96,6 +99,127 @@ def test_loops_and_branches_are_those_of_plain_python():
 def test_arrays_are_those_of_plain_python():
     values, table = np.array([1.0, 2.0, 3.5]), np.array([[1, 2, 3], [4, 5, 60], [7, 8, 9]])
     assert kernel(arrays, allocates=True)(values, table).tolist() == arrays(values, table).tolist()
+
+
+def counted(first, stop, step, values):
+    """Ranges with steps that are known and not, left early, with a name that holds the last number."""
+    total, last = 0, -100
+    for i in range(stop):
+        total += i * i
+        last = i
+    for i in range(first, stop):
+        total = 3 * total + i
+        if i == 4:
+            break
+    for i in range(stop, first, -1):
+        total -= 5 * i
+    for i in range(first, stop, 2):
+        total += 7 * i
+    for i in range(stop, first, -3):
+        total -= 11 * i
+    for i in range(first, stop, step):
+        total += 13 * i
+        for j in range(values.shape[0]):
+            i += 1
+            total ^= i + j
+    pair = range(2, 4)
+    for i in pair:
+        for j in pair:
+            total += i * j
+    return total, last
+
+
+@pytest.mark.parametrize(("first", "stop", "step"), [(0, 9, 2), (-3, 7, 1), (2, 2, -1), (6, -4, -2), (9, 3, 4)])
+def test_ranges_are_those_of_plain_python(first, stop, step):
+    values = np.zeros(2)
+    assert kernel(counted)(first, stop, step, values) == counted(first, stop, step, values)
+
+
+def test_a_range_without_a_step_is_refused():
+    with pytest.raises(ValueError, match="zero"):
+        kernel(counted)(0, 3, 0, np.zeros(1))
+
+
+def shares(i, j):
+    """Integers divided by constants and by numbers, bits of integers."""
+    return i % 3, i // 3, i % 8, i // 8, i % 1, i // -4, i % -4, i // j, i % j, i >> 2, i << 3, i & 6, i | 9, i ^ 5
+
+
+def test_integers_are_divided_towards_less():
+    compiled = kernel(shares)
+    for i in (*range(-17, 18), 2**59 + 1, -(2**59) - 1):
+        for j in (-5, 7):
+            assert compiled(i, j) == shares(i, j)
+
+
+def test_new_arrays_of_zeros_hold_zeros():
+    @kernel(allocates=True)
+    def zeros(n):
+        return np.zeros(n), np.zeros((n, 2), np.int32)
+
+    np.full(10_000, 1.5)  # memory that held something else
+    flat, table = zeros(10_000)
+    assert (flat.shape, table.shape, table.dtype) == ((10_000,), (10_000, 2), np.int32)
+    assert table.strides == (8, 4)
+    assert not flat.any()
+    assert not table.any()
+
+
+@inner(allocates=True)
+def allotted(n, log):
+    """An array, or an error and nothing more."""
+    log[0] += 1
+    made = np.empty((n, 3))
+    log[1] += 1
+    return made
+
+
+@pytest.mark.parametrize("size", [-1, -(2**59), 2**50, 2**62, 2**63 - 1])
+def test_arrays_without_end_or_of_negative_size_are_refused_by_every_caller(size):
+    @inner(allocates=True)
+    def between(n, log):
+        return allotted(n, log).shape[0]
+
+    @kernel(allocates=True)
+    def outer(n, log):
+        got = between(n, log)
+        log[2] += 1
+        return got
+
+    log = np.zeros(3, np.int64)
+    assert outer(5, log) == 5
+    with pytest.raises(MemoryError):
+        outer(size, log)
+    assert log.tolist() == [2, 1, 1]
+
+
+def test_parts_of_values_are_those_put_in_and_what_nothing_uses_goes():
+    pair, number = ir.LiteralStructType([ir.IntType(64), ir.ArrayType(ir.IntType(64), 2)]), ir.IntType(64)
+    module = ir.Module()
+    function = ir.Function(module, ir.FunctionType(number, [number, pair.as_pointer()]), "f")
+    builder = Builder(function.append_basic_block())
+    given, address = function.args
+    idle = builder.slot(number)
+    builder.store(given, idle)  # written, never read
+    whole = builder.load(address)
+    made = builder.insert_value(builder.insert_value(whole, given, 0), given, (1, 1))
+    assert builder.extract_value(made, 0) is given
+    assert builder.extract_value(made, (1, 1)) is given
+    first = builder.extract_value(made, (1, 0))
+    assert builder.extract_value(whole, (1, 0)) is first  # taken out once
+    inside = builder.extract_value(made, 1)
+    assert builder.extract_value(inside, 1) is given
+    with builder.if_then(builder.icmp_signed("<", given, first)):
+        late = builder.extract_value(whole, (1, 1))
+        builder.ret(late)
+    builder.ret(builder.add(first, builder.extract_value(inside, 0)))
+    before = sum(len(block.instructions) for block in function.blocks)
+    sweep(function)
+    names = [instruction.opname for block in function.blocks for instruction in block.instructions]
+    assert len(names) < before
+    assert not {"alloca", "store", "insertvalue"} & set(names)
+    assert names.index("extractvalue") == names.index("load") + 1
+    llvmlite.binding.parse_assembly(str(module)).verify()
 
 
 def test_one_signature_for_each_function_and_types_as_numba_finds_it():
