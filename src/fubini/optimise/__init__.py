@@ -6,6 +6,7 @@ from fubini.optimise.loop import optimise, refine_and_optimise
 from fubini.optimise.options import OptimiseOptions, OptimiseOutcome
 from fubini.optimise.refine import refine
 from fubini.optimise.smooth import even_out, smooth
+from fubini.optimise.thin import refine_within, thinned
 
 __all__ = [
     "OptimiseOptions",
@@ -15,6 +16,8 @@ __all__ = [
     "optimise",
     "refine",
     "refine_and_optimise",
+    "refine_within",
     "shortened",
     "smooth",
+    "thinned",
 ]

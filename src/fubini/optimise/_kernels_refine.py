@@ -13,7 +13,7 @@ import numpy as np
 
 from fubini._jit import inner
 from fubini.optimise._kernels_cavity import local, new_node
-from fubini.optimise._kernels_state import DONE, FULL, INSERTED, NODES, QUEUED, STAMP, TRIANGLES
+from fubini.optimise._kernels_state import DONE, FULL, INSERTED, NODES, QUEUED, ROOM, STAMP, TRIANGLES
 from fubini.triangulation._kernels_topology import legalise, locate, split_triangle
 
 ROOT3 = math.sqrt(3.0)
@@ -26,6 +26,9 @@ NEAR = 48
 EVEN, STEPS, STEP, FILLED = 1.03, 2, 0.075, 1.06
 #: with more triangles than these those at the boundary, which are too many, count little
 SMALL = 1000.0
+#: one size is wanted where none is below this share of it (an edge rounded to whole segments has none shorter than
+#: 1 / sqrt(2)), and where all that are wanted make no more triangles than that one, times this
+ONE_SIZE, HARDLY_MORE = 0.7, 1.2
 #: more triangles than there are
 MANY = 2**31 - 1
 
@@ -250,16 +253,23 @@ def grade(S, h, gradient):
 
 @inner
 def room(S, h):
-    """How many equilateral triangles of the sizes wanted at the nodes there is room for, and how many of size h."""
+    """How many equilateral triangles of the sizes wanted at the nodes there is room for, and how many of size h.
+
+    Notes the latter in S.counts where no size is much smaller.
+    """
     total = area2 = 0.0
+    least = h
     for t in range(S.counts[TRIANGLES]):
         a, b, c = S.tri[t, 0], S.tri[t, 1], S.tri[t, 2]
         ax, ay = S.points[a, 0], S.points[a, 1]
         bx, by, cx, cy = S.points[b, 0] - ax, S.points[b, 1] - ay, S.points[c, 0] - ax, S.points[c, 1] - ay
         size, twice = S.size[a] + S.size[b] + S.size[c], bx * cy - by * cx
+        least = min(least, min(S.size[a], min(S.size[b], S.size[c])))
         total += 9.0 * twice / (size * size)
         area2 += twice
-    return 2.0 / ROOT3 * total, 2.0 / ROOT3 * area2 / (h * h)
+    total, uniform = 2.0 / ROOT3 * total, 2.0 / ROOT3 * area2 / (h * h)
+    S.counts[ROOM] = int(uniform) if least >= ONE_SIZE * h and total <= HARDLY_MORE * uniform else 0
+    return total, uniform
 
 
 @inner
@@ -291,28 +301,31 @@ def fill_in(S, W, h, gradient, limit, everywhere, most):
 
 
 @inner
-def advance(S, W, h, gradient, limit):
+def advance(S, W, h, gradient, limit, enough):
     """Insert points from the boundary inwards until no triangle is oversize. DONE or FULL.
 
     ``S.size`` holds the sizes wanted at the nodes; interior ones are lowered to the gradient first. Where these
-    sizes differ little and triangles are few, points stop once there are as many triangles as these sizes ask for. A
-    last pass takes every edge for the front, where the others found no room.
+    sizes differ little and triangles are few, points stop once there are as many triangles as these sizes ask for, or,
+    anywhere, once there are ``enough``, where that is not 0. A last pass takes every edge for the front, where the
+    others found no room.
     """
     grade(S, h, gradient)
     wanted, uniform = room(S, h)
     steps, most = 0, MANY
-    if wanted < min(SMALL, EVEN * uniform):
+    if enough > 0:
+        steps, most = STEPS, enough
+    elif wanted < min(SMALL, EVEN * uniform):
         steps, most = STEPS, np.int64(FILLED * wanted)
-    failed, loose, everywhere, enough = 0, limit + steps * STEP, False, MANY
+    failed, loose, everywhere, end = 0, limit + steps * STEP, False, MANY
     while True:
-        found = fill_in(S, W, h, gradient, loose, everywhere, enough)
+        found = fill_in(S, W, h, gradient, loose, everywhere, end)
         if found < 0:
             return FULL
         failed = max(failed, found)
         if steps > 0 and S.counts[TRIANGLES] < most:
             steps -= 1
-            loose, enough = limit + steps * STEP, most
+            loose, end = limit + steps * STEP, most
         elif failed > 0 and not everywhere:
-            steps, loose, everywhere, enough = 0, 1.25 * limit, True, MANY
+            steps, loose, everywhere, end = 0, 1.25 * limit, True, MANY
         else:
             return DONE

@@ -16,8 +16,9 @@ from fubini._packed import words_of
 
 # entries of State.counts
 NODES, TRIANGLES, SEGMENTS, FREED, QUEUED, STAMP, ATTEMPTS, BUDGET, RANDOM, INSERTED = range(10)
-#: level of a descent that ran out of room; triangles in State.low; flawed before, flawed now, beyond the unavoidable
-LEVEL, LOW, BEFORE, AFTER, EXCESS = range(10, 15)
+#: level of a descent that ran out of room; triangles in State.low; flawed before, flawed now, beyond the unavoidable;
+#: triangles of the wanted size that there is room for, where points were put in and that size is wanted everywhere
+LEVEL, LOW, BEFORE, AFTER, EXCESS, ROOM = range(10, 16)
 FIRST_MOVE = 16
 #: accepted moves, counted from ``FIRST_MOVE`` on in this order
 MOVES = (

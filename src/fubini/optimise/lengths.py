@@ -98,7 +98,7 @@ def _following(first: OptimiseOutcome, second: OptimiseOutcome, splits: Splits) 
     moves = {name: first.moves.get(name, 0) + number for name, number in second.moves.items()}
     return replace(
         second, moves=moves, flawed_before=first.flawed_before, splits=first.splits + splits + second.splits,
-        budget_exhausted=second.budget_exhausted,
+        budget_exhausted=second.budget_exhausted, room=first.room,
     )  # fmt: skip
 
 

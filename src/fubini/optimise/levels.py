@@ -54,7 +54,7 @@ def level(
     if left and not outcome.excess:
         better = levelled(mesh, tracks, options)
         if better is not mesh:
-            mesh, longest = better, float(_sizes(better.points, better.triangles)[2].max())
+            mesh, longest = better, float(figures_of(better.points, better.triangles)[2].max())
     return outcome if mesh is outcome.triangulation else outcome.on(mesh), longest
 
 
@@ -88,7 +88,7 @@ def _place(triangulation: Triangulation, pair: tuple[int, int]) -> tuple[float, 
     return tuple(triangulation.points[triangulation.triangles[list(pair)]].ravel().tolist())
 
 
-def _sizes(points: Float, triangles: NDArray[np.int32]) -> tuple[Float, Float, Float]:
+def figures_of(points: Float, triangles: NDArray[np.int32]) -> tuple[Float, Float, Float]:
     """Mean edge length (m,), shape (Lmax^2 - Lmin^2) / 4 A (m,) and longest edge (m,) of triangles."""
     corners = points[triangles]
     square = squared_lengths(corners)
@@ -123,7 +123,7 @@ class Uneven:
     @classmethod
     def of(cls, mesh: Triangulation, options: OptimiseOptions) -> Uneven:
         """Those of a whole mesh."""
-        size, shape, _ = _sizes(mesh.points, mesh.triangles)
+        size, shape, _ = figures_of(mesh.points, mesh.triangles)
         none = np.empty(0, np.intp)
         start = cls(size, shape >= flawed_shape(options), none, none, none, np.empty(0))
         first, side = np.nonzero(mesh.neighbours > np.arange(len(size))[:, None])
@@ -155,7 +155,7 @@ class Uneven:
         kept = np.ones(len(self.size), bool)
         kept[pocket.rows] = False
         number = np.cumsum(kept) - 1
-        size, shape, _ = _sizes(trial.mesh.points, trial.mesh.triangles)
+        size, shape, _ = figures_of(trial.mesh.points, trial.mesh.triangles)
         fresh = np.arange(len(mesh.triangles) - len(size), len(mesh.triangles))
         stay = kept[self.first] & kept[self.second]
         same = Uneven(
@@ -169,7 +169,7 @@ class Uneven:
         return same._with(rows[at], side, mesh, options)
 
 
-def _excess(mesh: Triangulation, outside: Float, size: Float, limit: float) -> float:
+def excess_of(mesh: Triangulation, outside: Float, size: Float, limit: float) -> float:
     """Squared excesses over the limit of all pairs with a triangle of the mesh, and ``EACH`` for each of them.
 
     outside : (k,) sizes beyond each boundary segment, nan where they do not count.
@@ -188,16 +188,16 @@ def _best_trial(
     size = uneven.size
     beyond = np.maximum(pocket.outside, 0)
     outside = np.where((pocket.outside >= 0) & ~uneven.flawed[beyond], size[beyond], np.nan)
-    _, shapes, lengths = _sizes(pocket.triangulation.points, pocket.triangulation.triangles)
+    _, shapes, lengths = figures_of(pocket.triangulation.points, pocket.triangulation.triangles)
     worst, longest = max(float(shapes.max()), least_kept(options)), LONGER * float(lengths.max())
-    least = LESS * _excess(pocket.triangulation, outside, size[pocket.rows], options.growth)
+    least = LESS * excess_of(pocket.triangulation, outside, size[pocket.rows], options.growth)
     best: Trial | None = None
     for start, slid in _starts(pocket, tracks, pair):
         mesh = _finished(start, options)
-        size_now, shape_now, length_now = _sizes(mesh.points, mesh.triangles)
+        size_now, shape_now, length_now = figures_of(mesh.points, mesh.triangles)
         if shape_now.max() > worst or length_now.max() > longest:
             continue
-        excess = _excess(mesh, outside, size_now, options.growth)
+        excess = excess_of(mesh, outside, size_now, options.growth)
         if excess < least:
             best, least = Trial(mesh, slid, excess), excess
         if excess == 0.0:
@@ -208,7 +208,7 @@ def _best_trial(
 def _finished(start: Triangulation, options: OptimiseOptions) -> Triangulation:
     """Smoothed, without what is flawed, evened out."""
     mesh = smooth(start)
-    _, shape, _ = _sizes(mesh.points, mesh.triangles)
+    _, shape, _ = figures_of(mesh.points, mesh.triangles)
     if shape.max() > least_kept(options):
         mesh = optimise(
             mesh, NO_TRACKS, replace(options, allow_splits=False, budget=EFFORT, budget_each=0)

@@ -13,11 +13,15 @@ from fubini.optimise._kernels_state import (
     BEFORE,
     BUDGET,
     EXCESS,
+    FILL,
     FIRST_MOVE,
     FULL,
     INSERTED,
     MOVES,
+    PREPARE,
     QUEUED,
+    ROOM,
+    SMOOTH,
     SPENT,
     STUCK,
     TRIANGLES,
@@ -28,8 +32,17 @@ from fubini.optimise.options import OptimiseOptions, OptimiseOutcome
 from fubini.optimise.refine import advanced
 from fubini.optimise.smooth import ROUNDS as SMOOTHINGS
 from fubini.optimise.smooth import kept_shapes
-from fubini.optimise.state import ReadOut, build_state, copy_of, extend_state, read_state, scratch_space
-from fubini.tracks import Tracks
+from fubini.optimise.state import (
+    ReadOut,
+    build_state,
+    copy_of,
+    extend_state,
+    new_state,
+    read_state,
+    scratch_space,
+    started,
+)
+from fubini.tracks import NO_TRACKS, Tracks
 from fubini.triangulation.value import Triangulation
 
 #: skewness in degrees that valid triangles are raised to where nothing is in the way
@@ -59,15 +72,23 @@ def refine_and_optimise(
     gradient: float,
     options: OptimiseOptions,
     size: ArrayLike | None = None,
+    enough: int = 0,
 ) -> tuple[OptimiseOutcome, tuple[int, float]]:
     """``refine``, ``smooth``, ``optimise`` and ``even_out`` one after the other, with no copy in between.
 
     The outcome, and what ``level`` asks of one that is evened out: pairs left above the limit, and the longest edge.
     """
-    state, _ = advanced(triangulation, tracks, h, gradient, size, options, SMOOTHINGS)
+    state, _ = advanced(triangulation, tracks, h, gradient, size, options, SMOOTHINGS, enough)
     state = _driven(state, options)
     found = read_state(state, triangulation, options.growth, kept_shapes(options))
     return _outcome(state, found), (found.left, found.longest)
+
+
+def improved(triangulation: Triangulation, options: OptimiseOptions) -> Triangulation:
+    """``smooth`` and ``optimise`` one after the other, with no copy in between; boundary nodes stay where they are."""
+    state = new_state(triangulation, NO_TRACKS, options, 200 + len(triangulation.points) // 8, passing=True)
+    started(state, triangulation, options, FILL | SMOOTH | PREPARE, rounds=SMOOTHINGS)
+    return read_state(_driven(state, options), triangulation).mesh
 
 
 def _driven(state: State, options: OptimiseOptions) -> State:
@@ -85,7 +106,7 @@ def _outcome(state: State, found: ReadOut) -> OptimiseOutcome:
         worst = tuple((x, y) for x, y in state.points[state.tri[state.low[:excess]]].mean(1).tolist())
     return OptimiseOutcome(
         found.mesh, dict(zip(MOVES, counts[FIRST_MOVE:], strict=False)), counts[BEFORE], counts[AFTER], excess,
-        found.splits, excess > 0 and counts[ATTEMPTS] > counts[BUDGET], worst, counts[ATTEMPTS],
+        found.splits, excess > 0 and counts[ATTEMPTS] > counts[BUDGET], worst, counts[ATTEMPTS], counts[ROOM],
     )  # fmt: skip
 
 

@@ -81,6 +81,7 @@ class OptimiseOutcome:
     budget_exhausted : the effort ended before the bound was met.
     worst : (x, y) centroids of the triangles counted in ``excess``.
     effort : moves attempted.
+    room : triangles of the one size wanted everywhere that there is room for; 0 where sizes differ or are not known.
     """
 
     triangulation: Triangulation
@@ -92,12 +93,13 @@ class OptimiseOutcome:
     budget_exhausted: bool = False
     worst: tuple[tuple[float, float], ...] = ()
     effort: int = 0
+    room: int = 0
 
     def on(self, triangulation: Triangulation) -> OptimiseOutcome:
         """The same with its nodes moved (``dataclasses.replace`` takes several times as long)."""
         return OptimiseOutcome(
             triangulation, self.moves, self.flawed_before, self.flawed_after, self.excess, self.splits,
-            self.budget_exhausted, self.worst, self.effort,
+            self.budget_exhausted, self.worst, self.effort, self.room,
         )  # fmt: skip
 
 

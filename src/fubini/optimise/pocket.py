@@ -51,21 +51,24 @@ class Pocket:
     @classmethod
     def _of(cls, whole: Triangulation, rows: Index) -> Pocket:
         corners, beyond = whole.triangles[rows], whole.neighbours[rows]
-        place = np.searchsorted(rows, beyond)
-        inside = (beyond >= 0) & (rows[np.minimum(place, len(rows) - 1)] == beyond)
-        row, side = np.nonzero(~inside)
+        place = np.full(len(whole.triangles), -1, np.int32)
+        place[rows] = np.arange(len(rows), dtype=np.int32)
+        neighbours = np.where(beyond >= 0, place.take(beyond, mode="clip"), np.int32(-1))
+        row, side = np.nonzero(neighbours < 0)
         ends = np.stack([corners[row, (side + 1) % 3], corners[row, (side + 2) % 3]], axis=1)
-        every = np.unique(corners)
-        rim = np.union1d(ends, every[every < len(whole.boundary.points)])  # with nodes of the boundary on no segment
-        nodes = np.concatenate([rim, np.setdiff1d(every, rim, assume_unique=True)])
-        number = np.empty(len(nodes), np.int32)
-        number[np.searchsorted(every, nodes)] = np.arange(len(nodes), dtype=np.int32)
-        segments = number[np.searchsorted(every, ends)]
-        neighbours = np.where(inside, place, -1).astype(np.int32)
+        here, on_rim = np.zeros((2, len(whole.points)), bool)
+        here[corners] = on_rim[ends] = True
+        first = len(whole.boundary.points)  # nodes of the boundary are on the rim even where on no segment
+        on_rim[:first] = here[:first]
+        rim = np.flatnonzero(on_rim)
+        nodes = np.concatenate([rim, np.flatnonzero(here & ~on_rim)])
+        number = np.empty(len(whole.points), np.int32)
+        number[nodes] = np.arange(len(nodes), dtype=np.int32)
+        segments = number[ends]
         neighbours[row, side] = -1 - np.arange(len(row), dtype=np.int32)
         points = whole.points[nodes]
         own = Triangulation(
-            points, number[np.searchsorted(every, corners)], neighbours, _locked(points[: len(rim)], segments)
+            points, number[corners], neighbours, _locked(points[: len(rim)], segments)
         )
         return cls(whole, rows, nodes, own, beyond[row, side])
 

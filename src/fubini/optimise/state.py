@@ -147,6 +147,7 @@ def started(
     size: NDArray[np.float64] | None = None,
     gradient: float = 0.0,
     rounds: int = 0,
+    enough: int = 0,
 ) -> tuple[int, int]:
     """Do these tasks of ``_kernels_start`` to a state and the triangulation that it starts from: (status, changes).
 
@@ -160,7 +161,7 @@ def started(
         writable(tri.neighbours, INTS), writable(boundary.kind, BYTES), writable(boundary.track, INTS),
         writable(boundary.t, FLOATS), _modes(boundary, options), 1 + options.seed % 0x7FFFFFFE,
         own if size is None else writable(size, FLOATS), writable(boundary.angle, FLOATS), own, ACUTE,
-        corner_limit(options.min_skew), float(most), float(gradient), OVERSIZE, rounds,
+        corner_limit(options.min_skew), float(most), float(gradient), OVERSIZE, enough, rounds,
     )  # fmt: skip
     return status, changes
 

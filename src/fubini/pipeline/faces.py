@@ -18,8 +18,10 @@ from fubini.optimise import (
     optimise,
     refine,
     refine_and_optimise,
+    refine_within,
     shortened,
     smooth,
+    thinned,
 )
 from fubini.pipeline.across import evened_across
 from fubini.pipeline.options import MeshOptions, Progress
@@ -117,17 +119,25 @@ def attempt(
     else:
         start = whole(constrained_delaunay(points, boundary), outline)
     even: tuple[int, float] | None = None
+    others = sizes is not None or along is not None or len(lone) or len(long)
+    beside = None if others else room_of(core, lattice.spacing / size)
     if sizes is None and len(long):
         most = float(np.hypot(*(long[:, 1] - long[:, 0]).T).max())
         wanted = sizes_of(start, inner, at_fans)
         outcome, even = refine_and_optimise(start, outline.tracks, most, gradient, asked, wanted)
     elif sizes is None:
-        outcome, even = refine_and_optimise(start, outline.tracks, size, gradient, asked)
+        outcome, even = refine_within(start, outline.tracks, size, gradient, asked, beside)
     else:
         filled = follow(refine(start, outline.tracks, size, gradient), outline, size, options.gradient, sizes)
         outcome = optimise(smooth(filled, outline.tracks), outline.tracks, asked)
     outcome, longest = level(outcome, outline.tracks, asked, even)
-    return shortened(outcome, outline.tracks, size, asked, sizes, along, longest), core
+    outcome = shortened(outcome, outline.tracks, size, asked, sizes, along, longest)
+    return thinned(outcome, size, asked, beside), core
+
+
+def room_of(core: Core | None, spacing: float) -> tuple[int, float]:
+    """Triangles of a core whose nodes are ``spacing`` sizes apart, and how many of the size there is room for there."""
+    return (core.triangles, core.triangles * spacing**2) if core is not None else (0, 0.0)
 
 
 def same_start(points: Float, boundary: Boundary, others: Float, beside: Boundary) -> bool:
