@@ -139,7 +139,7 @@ class _Whole(JITCodeLibrary):
         for table in _environments(module):
             if table.name.replace("_ZN08NumbaEnv", "_ZN") not in entries:
                 table.linkage = "internal"
-        built = self._codegen._module_pass_manager(loop_vectorize=False, slp_vectorize=False)
+        built = self._codegen._module_pass_manager(loop_vectorize=True, slp_vectorize=False)
         if isinstance(built, tuple):
             passes, builder = built
             passes.run(module, builder)

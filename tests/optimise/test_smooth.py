@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from fubini.optimise import OptimiseOptions, even_out, smooth
 from fubini.optimise import _kernels_degrees as degrees
+from fubini.optimise import _kernels_pull as pulling
 from fubini.optimise import _kernels_smooth as kernels
+from fubini.optimise._kernels_state import LANE_NUMBERS, LANES
 from fubini.quality import areas, aspect_ratios, flawed, growth_rates, skewness
 from fubini.triangulation.constrained import constrained_delaunay
 from fubini.triangulation.validate import validate
@@ -160,21 +163,70 @@ def cost_of(points, triangles):
     """Sum of the costs of triangles."""
     corners = points[triangles]
     d = (np.square(corners - np.roll(corners, 1, axis=1)).sum((1, 2)) / (4.0 * math.sqrt(3.0))) / areas(corners) - 1.0
-    return float((np.sqrt(d + kernels.NEAR) + kernels.FAR * d**4).sum())
+    return float((np.sqrt(d + pulling.NEAR) + pulling.FAR * d**4).sum())
+
+
+@pytest.fixture
+def in_python(monkeypatch):
+    """The functions that pulls are worked out with, not compiled."""
+    for name in ("load_sides", "work_out", "bend"):
+        monkeypatch.setattr(pulling, name, getattr(pulling, name).py_func)
+    monkeypatch.setattr(pulling, "math", SimpleNamespace(sqrt=np.sqrt, inf=math.inf))  # nan of what is negative
+
+
+def sums_of(points, triangles, active):
+    """The sums (n, 6) of all nodes by these triangles, and whether none is upside down."""
+    sums = np.zeros(6 * len(points))
+    with np.errstate(invalid="ignore"):  # of triangles that are upside down
+        valid = pulling.pull.py_func(points, triangles, active, len(active), sums, np.empty(LANE_NUMBERS))
+    return sums.reshape(-1, 6), valid
+
+
+def test_pulls_worked_out_together_are_those_of_one_triangle_after_the_other(in_python):
+    """Of more triangles than are taken at a time, one of them upside down: its corners are to stay."""
+    start = triangulated(0.15, 0.03 + 0.94 * np.random.default_rng(4).random((40, 2)))
+    triangles = np.array(start.triangles)
+    triangles[LANES + 3] = triangles[LANES + 3, ::-1]
+    together, valid = sums_of(start.points, triangles, np.arange(len(triangles)))
+    assert not valid
+    assert len(triangles) % LANES and len(triangles) > 2 * LANES
+    apart = sum(sums_of(start.points, triangles, np.array([t]))[0] for t in range(len(triangles)))
+    assert np.flatnonzero(np.isinf(together[:, 2])).tolist() == sorted(triangles[LANES + 3].tolist())
+    np.testing.assert_allclose(together, apart, rtol=1e-9)
+
+
+def test_nodes_that_rest_stay_and_their_triangles_are_left_out():
+    """One node of a lattice awake: its star stays active, it alone moves, and the others have nowhere to go back to."""
+    start = triangulated(0.1, 0.03 + 0.94 * np.random.default_rng(5).random((80, 2)))
+    node = len(start.boundary.points) + 7
+
+    class Fake:
+        points, tri = start.points, start.triangles
+        counts = np.array([len(start.points), len(start.triangles)])
+
+    awake = np.full(len(start.points), kernels.MOVES)
+    awake[node] = kernels.AWAKE
+    was, active = np.full((len(start.points), 3), -1.0), np.arange(len(start.triangles))
+    left = kernels.narrow.py_func(Fake, awake, active, len(active), was.reshape(-1))
+    assert active[:left].tolist() == np.flatnonzero((start.triangles == node).any(1)).tolist()
+    assert np.flatnonzero(awake).tolist() == [node]
+    assert awake[node] == kernels.AWAKE + kernels.MOVES
+    rest = np.arange(len(awake)) != node
+    assert np.array_equal(was[rest, :2], start.points[rest])
+    assert (was[node] == -1.0).all()
 
 
 @pytest.mark.parametrize(("x", "y"), [(0.1, 0.05), (-0.3, 0.2), (0.5, -0.25)])
-def test_pulls_are_the_fall_of_the_cost(x, y, monkeypatch):
+def test_pulls_are_the_fall_of_the_cost(x, y, in_python):
     """At all nodes of a lopsided hexagon; the steps of its centre by them lead to the bottom."""
-    monkeypatch.setattr(kernels, "bend", kernels.bend.py_func)
     points = np.concatenate([hexagon(0.0, 0.0)[:6], [(x, y)]])
     points[0] *= 1.4  # no symmetry
     triangles = np.array([(6, k, (k + 1) % 6) for k in range(6)], np.int32)
 
     def pulls():
-        sums = np.zeros(6 * len(points))
-        assert kernels.pull.py_func(points, triangles, np.arange(6), 6, sums)
-        return sums.reshape(-1, 6)
+        sums, valid = sums_of(points, triangles, np.arange(6))
+        assert valid
+        return sums
 
     e, found = 1e-6, pulls()
     for v in range(7):

@@ -2,19 +2,16 @@
 
 Interior nodes move freely, nodes of the boundary along their curve (``_kernels_slide``).
 
-The shape of a triangle is ``r = (a^2 + b^2 + c^2) / (4 sqrt(3) A)``, 1 for the equilateral one and infinite at no
-area. With ``d = r - 1`` its cost is ``sqrt(d + NEAR) + FAR d^4``: the root grows like the loss of skewness, so
-that the mean rises; the fourth power keeps the worst from paying for it.
-
-All nodes move at once: one pass over triangles adds to the sums of their corners what the cost falls by, a second over
-nodes takes Newton's step for each by itself, with the others where they were, a little longer, and some of the
-step before (Polyak 1964). That takes more sweeps than to move node by node, but in each a triangle is looked at
-once, not from every corner, and nobody asks which triangles lie around a node. A triangle that is upside down
-after a sweep has its corners put back.
+All nodes move at once: one pass over triangles adds to the sums of their corners what the cost falls by (see
+``_kernels_pull``), a second over nodes takes Newton's step for each by itself, with the others where they were, a
+little longer, and some of the step before (Polyak 1964). That takes more sweeps than to move node by node, but in each
+a triangle is looked at once, not from every corner, and nobody asks which triangles lie around a node. A triangle that
+is upside down after a sweep has its corners put back.
 
 Most nodes lie on a lattice and are at rest. In the first round those of triangles that are not good to begin with are
-awake, in the next ones those that gained by their last move, and where an edge was flipped: they move, and the ones
-beside them.
+awake, in the next ones those that gained by their last move, and where an edge was flipped: they move, and in the first
+two rounds the ones beside them. Later the nodes that gain become fewer with each sweep, and so do the triangles looked
+at.
 """
 
 from __future__ import annotations
@@ -25,27 +22,23 @@ import numpy as np
 
 from fubini._jit import inner
 from fubini.optimise._kernels_degrees import even_degrees
+from fubini.optimise._kernels_pull import GX, GY, HH, HXX, HXY, HYY, ROOT3, ROW, pull
 from fubini.optimise._kernels_slide import newton_along, place_along, put_along, rim_of
 from fubini.optimise._kernels_state import NODES, TRIANGLES
 from fubini.triangulation._kernels_topology import edge_is_illegal, flip
 
-ROOT3 = math.sqrt(3.0)
-NEAR, FAR = 0.01, 150.0
 #: ``d`` above which a triangle has its nodes moved
 FROM = 3e-4
 #: twice the fall of the cost that is no reason to slide, nor for another sweep; more than which keeps a node awake
 FALL, GAIN = 1e-3, 5e-3
 #: what is noted of nodes, as bits
 AWAKE, MOVES = 1, 2
-#: length of a step over Newton's, share of the step before that is added, weight of what bends in one direction alone
-OVER, AGAIN, BEND = 1.2, 0.3, 1.5
-#: sweeps over all nodes before edges are flipped: the first time, when many are flipped, the second time, and later
-SWEEPS = 1, 4, 3
+#: length of a step over Newton's, share of the step before that is added
+OVER, AGAIN = 1.2, 0.3
+#: sweeps before edges are flipped: the first time, when many are flipped, the second time, and later
+SWEEPS = 1, 3, 3
 #: an angle is acute where the product of its sides is more than this share of their squares
 ACUTE = 1e-12
-#: the sums of a node: the fall by x and by y, second derivatives that are the same in all directions, and xx, xy, yy
-GX, GY, HH, HXX, HXY, HYY = range(6)
-ROW = 6
 #: what is noted of a node before it moves: where it was, on the boundary also its parameter
 WAS = 3
 
@@ -97,64 +90,23 @@ def gather(S, awake, active, sums, was):
 
 
 @inner
-def pull(points, tri, active, k, sums):
-    """Add to the sums of nodes what the first k active triangles want of them; whether none is upside down.
+def narrow(S, awake, active, k, was):
+    """Of the first k active triangles those stay active that have a corner awake, and these corners alone are to move.
 
-    Nodes of one that is are to stay: the second derivative is minus infinity.
-    With the sides p, q, r opposite to the corners, a half turn apart, and f(d) the cost, the fall of the cost with the
-    place of the corner opposite to p is ``f' / (sqrt(3) A) (r - q + sqrt(3) (1 + d) turned(p))``, A twice the area,
-    and its second derivative about ``2 f' / (sqrt(3) A)`` in all directions, and along the first one ``f''`` times
-    its square over ``f'^2``, which is left out where it is negative.
+    How many stay. None may be upside down: the nodes that rest from now on never go back.
     """
-    valid = True
+    points, tri, left = S.points, S.tri, 0
+    for v in range(S.counts[NODES]):
+        if awake[v] & AWAKE:
+            awake[v] = AWAKE + MOVES
+        else:
+            awake[v] = 0
+            was[WAS * v], was[WAS * v + 1] = points[v, 0], points[v, 1]
     for q in range(k):
         t = active[q]
-        a, b, c = np.int64(tri[t, 0]), np.int64(tri[t, 1]), np.int64(tri[t, 2])
-        ax, ay, bx, by, cx, cy = points[a, 0], points[a, 1], points[b, 0], points[b, 1], points[c, 0], points[c, 1]
-        px, py, qx, qy, rx, ry = cx - bx, cy - by, ax - cx, ay - cy, bx - ax, by - ay
-        area = ROOT3 * (rx * py - ry * px)
-        if area <= 0.0:
-            valid = False
-            sums[ROW * a + HH] = sums[ROW * b + HH] = sums[ROW * c + HH] = -math.inf
-            continue
-        off = 0.5 * (px * px + py * py + qx * qx + qy * qy + rx * rx + ry * ry) - area
-        # one division for 1 / area and 1 / (d + NEAR)
-        near = off + NEAR * area
-        share = 1.0 / (area * near)
-        flat = area * math.sqrt(share)  # 1 / sqrt(d + NEAR)
-        inverse = near * share
-        d = off * inverse
-        square = FAR * d * d
-        first = 0.5 * flat + 4.0 * square * d
-        second = 12.0 * square - 0.25 * flat * flat * flat
-        w = first * inverse
-        u, h = ROOT3 * w + ROOT3 * d * w, w + w
-        fx, fy = w * (rx - qx) - u * py, w * (ry - qy) + u * px
-        gx, gy = w * (px - rx) - u * qy, w * (py - ry) + u * qx
-        a, b, c = ROW * a, ROW * b, ROW * c
-        sums[a + GX] += fx
-        sums[a + GY] += fy
-        sums[a + HH] += h
-        sums[b + GX] += gx
-        sums[b + GY] += gy
-        sums[b + HH] += h
-        sums[c + GX] -= fx + gx
-        sums[c + GY] -= fy + gy
-        sums[c + HH] += h
-        if second > 0.0:
-            w = BEND * second / (first * first)
-            bend(sums, a, w, fx, fy)
-            bend(sums, b, w, gx, gy)
-            bend(sums, c, w, fx + gx, fy + gy)
-    return valid
-
-
-@inner
-def bend(sums, z, w, x, y):
-    """Add w times the square of (x, y) to second derivatives."""
-    sums[z + HXX] += w * x * x
-    sums[z + HXY] += w * x * y
-    sums[z + HYY] += w * y * y
+        active[left] = t
+        left += (awake[tri[t, 0]] | awake[tri[t, 1]] | awake[tri[t, 2]]) & AWAKE
+    return left
 
 
 @inner
@@ -245,15 +197,15 @@ def repair(S, active, k, rim, was):
 
 
 @inner
-def sweep(S, fixed, slides, awake, active, k, rim, sums, was):
+def sweep(S, fixed, slides, awake, active, k, rim, sums, was, lanes):
     """Move the nodes that are to move, on the boundary where ``slides``; the largest fall to expect, twice.
 
     What the sweep before turned over is put back first.
     """
-    if not pull(S.points, S.tri, active, k, sums):
+    if not pull(S.points, S.tri, active, k, sums, lanes):
         repair(S, active, k, rim, was)
         clear(sums, ROW * S.counts[NODES])
-        pull(S.points, S.tri, active, k, sums)
+        pull(S.points, S.tri, active, k, sums, lanes)
     most = step_inside(S.points, awake, fixed, S.counts[NODES], sums, was)
     if slides:
         return max(most, step_along(S, awake, rim, sums, was))
@@ -317,7 +269,10 @@ def smooth(S, W, fixed, rounds):
     for turn in range(rounds):
         k, done = gather(S, awake, S.stack, sums, was), 0
         for _ in range(SWEEPS[min(turn, 2)]):
-            most = sweep(S, fixed, turn > 0, awake, S.stack, k, rim, sums, was)
+            if turn > 1:
+                repair(S, S.stack, k, rim, was)
+                k = narrow(S, awake, S.stack, k, was)
+            most = sweep(S, fixed, turn > 0, awake, S.stack, k, rim, sums, was, W.lanes)
             done += most > 0.0
             if most < FALL:
                 break

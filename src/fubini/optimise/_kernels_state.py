@@ -47,6 +47,9 @@ SOFT, HARD, AR, WEIGHT, SAG, STRETCH, WAIVED = range(7)
 REMOVED = 255
 #: largest polygon of a cavity; larger ones are refused
 LIMIT = 40
+#: triangles that smoothing works out at a time, and how many numbers for all of them
+LANES = 32
+LANE_NUMBERS = 11 * LANES
 
 
 class StateArrays(NamedTuple):
@@ -116,7 +119,7 @@ class WorkArrays(NamedTuple):
     edge to the next node, coordinates relative to node 0, mark of a sharp corner between two
     segments. ring, rx, ry : nodes around a node. best, cut (LIMIT, LIMIT) : dynamic programme.
     fill (2 LIMIT, 3) : local corners of the new triangles. ea, eb, ec : loose edges. inner : nodes that go.
-    circles (6 LIMIT, 4) : constraints of the valid region.
+    circles (6 LIMIT, 4) : constraints of the valid region. lanes (LANE_NUMBERS,) : see ``_kernels_pull``.
     """
 
     cavity: Any
@@ -139,10 +142,11 @@ class WorkArrays(NamedTuple):
     circles: Any
     nodes: Any
     job: Any
+    lanes: Any
 
 
 #: Types of these.
-WORK_FIELDS = f"l l l l d d l l d d d{LIMIT} l{LIMIT} l3 l l l l d4 l l"
+WORK_FIELDS = f"l l l l d d l l d d d{LIMIT} l{LIMIT} l3 l l l l d4 l l d"
 
 
 class Work(WorkArrays):
@@ -164,5 +168,5 @@ def work() -> Work:
     return Work(
         ints(n), ints(n), ints(n), ints(n), np.empty(n), np.empty(n), ints(n), ints(n), np.empty(n), np.empty(n),
         np.empty((LIMIT, LIMIT)), ints(LIMIT, LIMIT), ints(n, 3), ints(n), ints(n), ints(n), ints(n),
-        np.empty((6 * LIMIT, 4)), ints(1024), ints(16),
+        np.empty((6 * LIMIT, 4)), ints(1024), ints(16), np.empty(LANE_NUMBERS),
     )  # fmt: skip

@@ -41,7 +41,7 @@ class OptimiseOptions:
     growth: float = 1.5
     max_sag: float = 0.04
     allow_splits: bool = True
-    improve: float = 0.1
+    improve: float = 0.05
     seed: int = 1
 
     def __post_init__(self) -> None:
