@@ -29,17 +29,42 @@ def test_steps_fall_as_the_cost_does():
     angle = 2.0 * math.pi / 5 * np.arange(6)
     rx, ry = 1.6 * np.cos(angle), 0.7 * np.sin(angle)
     x, y, scale, e = 0.12, 0.07, math.tan(math.radians(85.0)), 1e-6
+    squares = np.zeros(5)
 
     def cost(x, y):
-        return kernels.cost_at.py_func(rx, ry, 5, x, y, scale)[0]
+        return kernels.cost_at.py_func(rx, ry, 5, x, y, scale, squares)[0]
 
     total, worst, gx, gy, hxx, hxy, hyy = kernels.slopes.py_func(rx - x, ry - y, 5, scale)
     assert total == pytest.approx(cost(x, y), rel=1e-6)
     corners = np.array([[(rx[q], ry[q]), (rx[q + 1], ry[q + 1]), (x, y)] for q in range(5)])
     assert math.sqrt(worst) == pytest.approx(scale / math.tan(math.radians(skewness(corners).min())), rel=1e-9)
+    cost(x, y)
+    np.testing.assert_allclose(np.sqrt(squares), scale / np.tan(np.radians(skewness(corners))), rtol=1e-9)
     assert gx == pytest.approx((cost(x - e, y) - cost(x + e, y)) / (2 * e), rel=1e-4)
     assert gy == pytest.approx((cost(x, y - e) - cost(x, y + e)) / (2 * e), rel=1e-4)
     assert hxx > 0.0 and hyy > 0.0 and hxx * hyy > hxy * hxy
+
+
+@pytest.mark.parametrize(("kind", "expected"), [(0, [9, 4, 5, 8]), (1, [9, 4, 5])])
+def test_corners_of_triangles_that_fall_short_wait_again(kind, expected, monkeypatch):
+    """The second and the last of the triangles around a node that moved, inside or on the boundary; each corner once.
+
+    Frozen nodes never do.
+    """
+    monkeypatch.setattr(kernels, "wait", kernels.wait.py_func)
+    ring = [8, 4, 5, 6, 7] if kind == 0 else [8, 4, 5, 6, 7, 3]
+
+    class State:
+        kind, moved, queue = np.zeros(10, np.uint8), np.zeros(10, np.int32), np.zeros(8, np.int32)
+
+    class Work:
+        ring, px = None, np.array([0.5, 2.0, 1.0, 0.9, 1.5])
+
+    State.kind[[7, 3]], State.kind[9] = 2, kind
+    Work.ring = np.array(ring)
+    tail = kernels.wait_again.py_func(State, Work, 9, 5, 0)
+    assert State.queue[:tail].tolist() == expected
+    assert kernels.wait_again.py_func(State, Work, 9, 5, tail) == tail
 
 
 @pytest.mark.parametrize("name", ["square", "disk"])

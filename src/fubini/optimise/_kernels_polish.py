@@ -3,8 +3,9 @@
 The cotangent of a triangle's skewness is the largest of its three ``|Li^2 - Lj^2| / 4 A``. The cost of a triangle
 is the sum of the eighth powers of all three, over the cotangent of the skewness that is wanted: smooth, where the
 largest is not, and nearly as good a measure. A node moves by Newton's method where that lessens the sum over the
-triangles around it and leaves none of them worse than the worst was, or than is wanted. What is too much at one node
-so spreads to those around it until none is left, or nothing gives way.
+triangles around it and leaves none of them worse than the worst was, or than is wanted. The corners of triangles that
+then still fall short wait for their turn: what is too much at one node so spreads to those around it until none is
+left, or nothing gives way.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from fubini.optimise._kernels_state import AR, LOW, RELOCATION, SLIDE, SOFT
 #: a move is made when the cost falls by more than this share
 FALL = 0.02
 #: attempts to shorten a step that does not pay, and by what
-SHORTER, STEPS = 0.4, 4
+SHORTER, STEPS = 0.4, 2
 #: squares of cotangents, over the one wanted, that are left out of derivatives
 SMALL = 0.2
 #: share of the trace that is added to second derivatives, which one triangle alone leaves without an inverse
@@ -29,10 +30,11 @@ WAITS = -1
 
 
 @inner
-def cost_at(rx, ry, k, x, y, scale):
+def cost_at(rx, ry, k, x, y, scale, squares):
     """Sum of the costs of the k triangles between (x, y) and the edges of its ring, and the largest square.
 
-    ``scale`` : 1 over the cotangent wanted. Infinite where a triangle is upside down.
+    ``scale`` : 1 over the cotangent wanted. Infinite where a triangle is upside down. The largest square of each goes
+    into ``squares``.
     """
     total = worst = 0.0
     cx, cy = rx[0] - x, ry[0] - y
@@ -49,7 +51,8 @@ def cost_at(rx, ry, k, x, y, scale):
         i = scale / area4
         u, v, w = (bb - cc) * i, (bb - ee) * i, (cc - ee) * i
         u, v, w = u * u, v * v, w * w
-        worst = max(worst, max(u, max(v, w)))
+        squares[q] = max(u, max(v, w))
+        worst = max(worst, squares[q])
         u, v, w = u * u, v * v, w * w
         total += u * u + v * v + w * w
     return total, worst
@@ -95,8 +98,11 @@ def slopes(rx, ry, k, scale):
 
 @inner
 def pays(S, W, k, x, y, cost, worst, scale):
-    """Whether the loaded node is better off at (x, y), and no triangle falls short of the bounds for it."""
-    new, now = cost_at(W.rx, W.ry, k, x, y, scale)
+    """Whether the loaded node is better off at (x, y), and no triangle falls short of the bounds for it.
+
+    Into W.px go the squares of the triangles there.
+    """
+    new, now = cost_at(W.rx, W.ry, k, x, y, scale, W.px)
     if new > (1.0 - FALL) * cost or now > max(1.0, worst):
         return False
     if S.rule[AR] <= 0.0:
@@ -107,7 +113,7 @@ def pays(S, W, k, x, y, cost, worst, scale):
 
 @inner
 def improve_inside(S, W, v, scale):
-    """Move interior node v where that pays: (whether it moved, nodes of its ring)."""
+    """Move interior node v where that pays: (whether it moved, triangles around it)."""
     k = load(S.points, S.tri, S.nbr, int(S.tri_of[v]), v, W.ring, W.rx, W.ry)
     if k < 3:
         return False, 0
@@ -145,7 +151,7 @@ def improve_along(S, W, v, scale):
         if may and pays(S, W, k, x - S.points[v, 0], y - S.points[v, 1], cost, worst, scale):
             put_along(S, v, r, s, t, x, y)
             S.counts[SLIDE] += 1
-            return True, k + 1
+            return True, k
         step *= SHORTER
     return False, k
 
@@ -158,6 +164,21 @@ def wait(S, v, tail):
     S.moved[v] = WAITS
     S.queue[tail % S.queue.shape[0]] = v
     return tail + 1
+
+
+@inner
+def wait_again(S, W, v, k, tail):
+    """Put the corners of those of the k triangles around node v, just moved, that fall short at the end of the queue.
+
+    The new end. The ring and the squares are loaded.
+    """
+    last = k if S.kind[v] == 0 else k + 1  # around an interior node the last triangle ends at the first node
+    for q in range(k):
+        if W.px[q] > 1.0:
+            tail = wait(S, v, tail)
+            tail = wait(S, W.ring[q], tail)
+            tail = wait(S, W.ring[q + 1 if q + 1 < last else 0], tail)
+    return tail
 
 
 @inner
@@ -174,6 +195,4 @@ def polish(S, W, goal, budget):
         S.moved[v] = 0
         done, k = improve_inside(S, W, v, goal) if S.kind[v] == 0 else improve_along(S, W, v, goal)
         if done:
-            tail = wait(S, v, tail)
-            for q in range(k):
-                tail = wait(S, W.ring[q], tail)
+            tail = wait_again(S, W, v, k, tail)

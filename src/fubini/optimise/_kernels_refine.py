@@ -230,10 +230,19 @@ def try_triangle(S, W, t, h, gradient, limit, everywhere):
 
 @inner
 def grade(S, h, gradient):
-    """Lower the sizes of interior nodes to what their neighbours allow, by sweeps until nothing changes."""
-    for _ in range(64):
+    """Lower the sizes of interior nodes to what their neighbours allow, by sweeps until nothing changes.
+
+    A sweep looks at the triangles of nodes that it or the one before has lowered. Scratch: ``S.low``, the last of
+    these sweeps for each node.
+    """
+    lowered = S.low
+    for v in range(S.counts[NODES]):
+        lowered[v] = 0
+    for turn in range(1, 65):
         changed = False
         for t in range(S.counts[TRIANGLES]):
+            if max(lowered[S.tri[t, 0]], max(lowered[S.tri[t, 1]], lowered[S.tri[t, 2]])) < turn - 1:
+                continue
             for i in range(3):
                 a, b = S.tri[t, i], S.tri[t, i + 1 if i < 2 else 0]
                 if S.size[a] > S.size[b]:
@@ -245,7 +254,7 @@ def grade(S, h, gradient):
                     continue
                 most = S.size[a] + gradient * math.sqrt(x * x + y * y)
                 if S.size[b] > most:  # not where it is rounding that tells them apart
-                    S.size[b] = most
+                    S.size[b], lowered[b] = most, turn
                     changed = True
         if not changed:
             break

@@ -67,9 +67,7 @@ class Pocket:
         segments = number[ends]
         neighbours[row, side] = -1 - np.arange(len(row), dtype=np.int32)
         points = whole.points[nodes]
-        own = Triangulation(
-            points, number[corners], neighbours, _locked(points[: len(rim)], segments)
-        )
+        own = Triangulation(points, number[corners], neighbours, _locked(points[: len(rim)], segments))
         return cls(whole, rows, nodes, own, beyond[row, side])
 
     @property
