@@ -238,3 +238,14 @@ def test_uniform_sizes(make, count):
     assert skew.mean() > (81.5 if count == 2000 else 85.0)
     assert ratio.mean() < (1.033 if count == 2000 else 1.016)
     assert growth_rates(mesh.points, mesh.triangles).max() < 1.5
+
+
+@pytest.mark.parametrize("make", [lambda: regions.random_polygon(76), lambda: regions.slot(2.0)])
+def test_the_size_of_the_only_face_counts_as_that_of_the_mesh(make):
+    """Nodes on its edges ask for no more, and neither its edges nor its triangles are told apart from uniform ones."""
+    region = make()
+    size = region.diagonal / 10
+    whole, face = mesh_of(region, 0.6 * size), mesh_of(region, size, face_size={0: 0.6 * size})
+    np.testing.assert_array_equal(face.points, whole.points)
+    np.testing.assert_array_equal(face.triangles, whole.triangles)
+    assert face.certificate.longest_edge <= 1.7 * 0.6 * size

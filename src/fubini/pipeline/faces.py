@@ -329,9 +329,9 @@ class FaceMesher:
         outline = self.sizing.outlines[f]
         inside = self.pattern[f].inside if self.pattern is not None else None
         field = self.sizing.options.fields[f] if self.sizing.options.fields is not None else None
-        along = self._asked_along(outline)
+        along = self._asked_along(f)
         for number in self._attempts(f):
-            boundary, size = self.sizing.boundary(f, self.nodes), self.sizes[f]
+            boundary, size = self._boundary(f), self.sizes[f]
             lone = self.points.get(f, NO_POINTS)
             try:
                 found = attempt(boundary, outline, size, self.options, number, inside, field, lone, along, tried)
@@ -348,10 +348,19 @@ class FaceMesher:
             raise OptionError(f"attempts is {self.options.attempts}", fix="allow at least one")
         return best
 
-    def _asked_along(self, outline: Outline) -> Float | None:
-        """Sizes (c,) asked of the edges of a face; None where none is asked of any."""
-        asked = self.sizing.options.edge_size
-        return np.array([asked.get(e, np.inf) for e in outline.edges.tolist()]) if asked else None
+    def _boundary(self, f: int) -> Boundary:
+        """The boundary of a face with its nodes, none larger than the size of the face but where segments are long."""
+        boundary, size = self.sizing.boundary(f, self.nodes), self.sizes[f]
+        if size >= self.sizing.options.size or len(long_segments(boundary, size)):
+            return boundary
+        return replace(boundary, size=np.minimum(boundary.size, size))
+
+    def _asked_along(self, f: int) -> Float | None:
+        """Sizes (c,) asked of the edges of a face; None where none is smaller than that of the face."""
+        asked, edges = self.sizing.options.edge_size, self.sizing.outlines[f].edges.tolist()
+        if not asked or min(asked.get(e, np.inf) for e in edges) >= self.sizes[f]:
+            return None
+        return np.array([asked.get(e, np.inf) for e in edges])
 
     def _spent(self, f: int) -> bool:
         """Whether the effort that a face may cost is spent."""
