@@ -214,15 +214,16 @@ def part(function: Callable[..., Any], allocates: bool, inlined: bool) -> Any:
 
 
 @contextmanager
-def _seldom_collected() -> Iterator[None]:
-    """Compiling makes millions of objects that stay: looking through them as usual takes a sixth of the time."""
-    usual = gc.get_threshold()
-    if usual[0] > 0:
-        gc.set_threshold(100_000, 20, 100)
+def _collected_at_the_end() -> Iterator[None]:
+    """Compiling makes millions of objects, most of which go by themselves: looking through them before takes longer."""
+    if not gc.isenabled():  # within another function, or the user's wish
+        yield
+        return
+    gc.disable()
     try:
         yield
     finally:
-        gc.set_threshold(*usual)
+        gc.enable()
 
 
 def _compile(function: Callable[..., Any], library: type[JITCodeLibrary], **options: bool) -> Any:
@@ -236,7 +237,7 @@ def _compile(function: Callable[..., Any], library: type[JITCodeLibrary], **opti
         given, _ = sigutils.normalize_signature(signature)
         arguments = tuple(_plain(a) for a in given)
         kept = getattr(getattr(compiled._cache, "_cache_file", None), "_index_path", None)
-        with _seldom_collected(), turn(Path(kept)) if kept else nullcontext():
+        with _collected_at_the_end(), turn(Path(kept)) if kept else nullcontext():
             entry = compile_for(arguments)
         if library is _Whole:
             _keep(function, arguments, compiled.overloads[arguments])

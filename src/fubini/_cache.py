@@ -21,8 +21,8 @@ from fubini._turns import CHECK
 
 #: Modules that compile, link and load kernels.
 COMPILING = (
-    "_build", "_builder", "_cache", "_compiler", "_guard", "_image", "_jit", "_load", "_lowering", "_operations",
-    "_reference",
+    "_build", "_builder", "_cache", "_compiler", "_guard", "_image", "_inference", "_jit", "_load", "_lowering",
+    "_operations", "_reference",
 )  # fmt: skip
 
 

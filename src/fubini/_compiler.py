@@ -23,9 +23,10 @@ from numba.core.ir_utils import build_definitions, check_and_legalize_ir
 from numba.core.lowering import Lower
 from numba.core.ssa import reconstruct_ssa
 from numba.core.transforms import canonicalize_cfg
-from numba.core.typed_passes import NativeLowering, NoPythonBackend, NopythonTypeInference, PreLowerStripPhis
+from numba.core.typed_passes import NativeLowering, NoPythonBackend, PreLowerStripPhis
 from numba.core.untyped_passes import FixupArgs, ReconstructSSA, TranslateByteCode
 
+from fubini._inference import KernelTypes
 from fubini._lowering import KernelLower, resolved
 
 
@@ -70,7 +71,7 @@ PASSES = (
     TranslateByteCode,
     FixupArgs,
     _SingleAssignment,
-    NopythonTypeInference,
+    KernelTypes,
     _Lowering,
     NoPythonBackend,
 )

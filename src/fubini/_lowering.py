@@ -21,6 +21,7 @@ from numba.core.datamodel import ArgPacker
 from numba.core.lowering import Lower
 from numba.core.types import iterators, misc
 from numba.core.types.containers import BaseTuple
+from numba.core.types.misc import unliteral
 
 from fubini._builder import Builder, sweep
 from fubini._operations import (
@@ -41,7 +42,14 @@ _found: dict[tuple[int, tuple[Any, ...]], tuple[Any, Any]] = {}
 
 
 def resolved(context: Any, function: Any, arguments: tuple[Any, ...]) -> Any:
-    """Signature of a function of numba for arguments of these types, looked up once."""
+    """Signature of a function of numba for arguments of these types, looked up once.
+
+    Constants are numbers as others where all arguments are numbers, or index an array.
+    """
+    plain = tuple(map(unliteral, arguments))
+    numbers = plain[1:] if plain and isinstance(plain[0], types.Array) else plain
+    if all(isinstance(kind, types.Number | types.Boolean) for kind in numbers):
+        arguments = plain
     key = id(function), arguments
     if key not in _found:
         # kept with the function, so that no other takes its identity
@@ -106,6 +114,16 @@ class KernelLower(Lower):
         """As numba."""
         if self._counted(self.typeof(name)):
             super().delvar(name)
+
+    def incref(self, typ: Any, val: Any) -> None:
+        """As numba."""
+        if self._counted(typ):
+            super().incref(typ, val)
+
+    def decref(self, typ: Any, val: Any) -> None:
+        """As numba."""
+        if self._counted(typ):
+            super().decref(typ, val)
 
     # Functions, blocks, statements.
 

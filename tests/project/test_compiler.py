@@ -12,6 +12,7 @@ from llvmlite import ir
 
 from fubini._builder import Builder, sweep
 from fubini._compiler import _Flags, _Lookups
+from fubini._inference import _Network, _Variables
 from fubini._jit import inner, kernel
 
 
@@ -220,6 +221,54 @@ def test_parts_of_values_are_those_put_in_and_what_nothing_uses_goes():
     assert not {"alloca", "store", "insertvalue"} & set(names)
     assert names.index("extractvalue") == names.index("load") + 1
     llvmlite.binding.parse_assembly(str(module)).verify()
+
+
+def widening(n):
+    """Names that are integers before they turn out to be floating point numbers, further down, by each other."""
+    a, b, c = 0, 1, 2
+    for i in range(n):
+        c = b + i
+        b = a + c
+        a = a + 0.25 * b if i % 2 else a
+    return a, b, c
+
+
+def test_types_that_grow_are_those_of_plain_python():
+    for n in (0, 1, 6):
+        assert kernel(widening)(n) == widening(n)
+
+
+def test_a_statement_is_looked_at_again_where_a_type_that_it_asked_for_has_changed():
+    looks = []
+
+    class Copy:
+        """The type of one variable handed on to another."""
+
+        def __init__(self, source, target):
+            self.source, self.target, self.loc = source, target, None
+
+        def __call__(self, types):
+            looks.append(self.target)
+            kind = types.typevars[self.source].type
+            if kind is not None:
+                types.typevars[self.target].type = kind
+
+    class Found:
+        typevars = _Variables()
+
+    Found.typevars.set_context(None)
+    Found.typevars["first"].type = numba.int64
+    network = _Network()
+    for source, target in (("second", "third"), ("first", "second")):
+        network.append(Copy(source, target))
+    for seen in (["third", "second"], ["third"], []):
+        looks.clear()
+        assert network.propagate(Found) == []
+        assert looks == seen
+    Found.typevars["first"].type = numba.float64
+    network.propagate(Found)
+    network.propagate(Found)
+    assert Found.typevars["third"].type == numba.float64
 
 
 def test_one_signature_for_each_function_and_types_as_numba_finds_it():
