@@ -78,7 +78,8 @@ def test_chords_of_a_hole_beside_a_coarse_arc_are_untangled():
 def test_crossing_segments_are_found_but_not_joined_ones():
     rows = [[[0, 0], [2, 0]], [[2, 0], [3, 1]], [[1, -1], [1, 1]], [[5, -1], [5, 1]], [[0.5, 0], [0.5, 1]]]
     ends = np.array(rows, float)
-    assert crossed(ends, 0).tolist() == [False, False, True, False, True]
+    boxes = np.concatenate([ends.min(axis=1), -ends.max(axis=1)], axis=1).T
+    assert crossed(ends, boxes, 0).tolist() == [2, 4]
 
 
 @pytest.mark.parametrize("seed", [367, 432, 470, 547])

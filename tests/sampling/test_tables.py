@@ -8,13 +8,14 @@ import numpy as np
 import pytest
 
 import regions
-from fubini.curves import CircularArc, EllipticalArc, Line
+from fubini.curves import BSpline, CircularArc, EllipticalArc, Line
 from fubini.region import Region
 from fubini.sampling import tables
 from fubini.sampling._kernels_boundary import find_moved
 from fubini.sampling.boundary import Outline, sample_track
 from fubini.sampling.network import Network
 from fubini.sampling.tables import EdgeTables, SizeOptions
+from fubini.tracks import evaluate
 from regions import discretise
 
 
@@ -47,6 +48,55 @@ def test_curves_whose_tables_bend_keep_their_samples():
     assert len(tables_of(regions.chain(ellipse))[0][0]) > 100
     circle = Region.from_loops([regions.circle(0, 0, 1.0)])
     assert len(tables_of(circle, chord_tolerance=0.01)[0][0]) > 100  # its curvature is read off the samples
+
+
+def sharpest_turn(tracks, j, t) -> float:
+    """Largest angle in degrees between successive chords of the points at t."""
+    d = np.diff(evaluate(tracks, j, t), axis=0)
+    return float(np.degrees(np.abs(np.diff(np.unwrap(np.arctan2(d[:, 1], d[:, 0]))))).max())
+
+
+@pytest.mark.parametrize("ratio", [100.0, 1000.0, 2000.0])
+@pytest.mark.parametrize("seam", [0.0, 1.0])
+def test_samples_gather_at_the_ends_of_slender_ellipses(ratio, seam):
+    ellipse = EllipticalArc((0, 0), (1.0, 0), (0, 1.0 / ratio), seam, seam + 2 * math.pi)
+    t, _, h = tables_of(regions.chain(ellipse))[0]
+    assert sharpest_turn(Outline.of(regions.chain(ellipse), int).tracks, 0, t) < 0.4 * 0.75 * 57.3
+    assert 0.3 < h.min() * ratio**2 < 2.0  # segments where the ellipse turns most, as its radius there asks for
+    assert len(t) < 400
+
+
+def test_samples_of_uneven_weights_get_ahead_evenly():
+    weights = [1.0, 1e-4, 1e5, 1e-5, 1e4, 1.0]
+    poles = [(0, 0), (0, 2), (1, 3), (3, 3), (4, 2), (4, 0)]
+    spline = BSpline(2, [0, 0, 0, 1, 2, 3, 4, 4, 4], poles, weights)
+    region = regions.chain(spline.reverse(), Line((0, 0), (4, 0)))
+    _, s, _ = tables_of(region)[0]
+    assert np.diff(s).max() < 0.3 * s[-1]
+    exact, near = region.tracks, region.rounded_tracks
+    t = np.linspace(0.0, 1.0, 1001) ** 8
+    for at in (t, 1.0 - t):
+        off = np.hypot(*(evaluate(exact, 0, at) - evaluate(near, 0, at)).T)
+        assert off.max() < 1e-7  # small weights are as near as large ones
+
+
+def test_both_legs_of_a_slender_corner_on_a_curve_are_as_long():
+    ellipse = EllipticalArc((0, 0), (1.0, 0), (0, 3e-4), 0.5, 3.0)
+    boundary, sizing, nodes = discretise(regions.chain(ellipse, Line(ellipse.end, ellipse.start)), 0.5)
+    assert len(boundary.points) < 50_000
+    tip, legs = np.array(ellipse.end), sizing.legs.radius
+    arc = sizing.outlines[0].tracks
+    p = evaluate(arc, 0, nodes.of(0)[-2])[0], evaluate(arc, 1, nodes.of(1)[1])[0]
+    lengths = [float(np.hypot(*(q - tip))) for q in p]
+    assert lengths == pytest.approx([legs[0, 1]] * 2, rel=1e-6)
+    assert legs[0, 1] > 1e-3
+
+
+def test_long_tables_hold_nothing_that_tells_nothing():
+    ellipse = EllipticalArc((0, 0), (1.0, 0), (0, 3e-4), 0.0, math.pi)
+    boundary, sizing, _ = discretise(regions.chain(ellipse, Line((-1, 0), (1, 0))), 0.5)
+    assert 5_000 < len(boundary.points) < 30_000
+    assert sum(len(table[0]) for table in sizing.tables) < 4 * len(boundary.points)
 
 
 def test_the_pool_grows_as_needed(monkeypatch):

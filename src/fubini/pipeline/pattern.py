@@ -101,7 +101,7 @@ def _least_segments(outline: Outline, j: int) -> int:
     """Segments that curve j needs so that none turns by more than ``TURN``; two on any curved one."""
     if outline.tracks.kinds[j] == 0:
         return 1
-    _, s, h = sample_track(outline.tracks, j, TURN)
+    _, s, h = sample_track(outline.tracks, j, TURN, outline.grain)
     return max(2, math.ceil(float(np.sum(np.diff(s) / h[1:])) - 1e-6))
 
 

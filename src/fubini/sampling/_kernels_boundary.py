@@ -11,6 +11,7 @@ import numpy as np
 
 from fubini._jit import inner, kernel
 from fubini.sampling._kernels_apart import all_apart
+from fubini.sampling._kernels_legs import interpolate, with_leg_ends
 from fubini.sampling._kernels_sizes import gathered, grade, lower_face, too_large
 from fubini.tracks._kernels import evaluate_one
 
@@ -72,23 +73,6 @@ def metric_position(part, length, h0, h1):
     if abs(d) < 1e-9 * h0:
         return min(length, part * h0)
     return min(length, h0 * length / d * (math.exp(part * d / length) - 1.0))
-
-
-@inner
-def interpolate(x, xs, ys, a, b):
-    """Value at x of the polyline (xs, ys) over samples a .. b, ends clamped."""
-    if x <= xs[a]:
-        return ys[a]
-    if x >= xs[b]:
-        return ys[b]
-    while b - a > 1:
-        m = (a + b) // 2
-        if xs[m] <= x:
-            a = m
-        else:
-            b = m
-    w = (x - xs[a]) / (xs[b] - xs[a])
-    return (1.0 - w) * ys[a] + w * ys[b]
 
 
 @inner
@@ -180,8 +164,10 @@ def place_nodes(first, s, t, h, radius, step, counts, node_first, node_t):
 
 
 @kernel(allocates=True)
-def lay_nodes(span, t, s, h, ends, radius, tilt, step, vertex_size, longest, at_least, g, most):
-    """Nodes of all edges: counts (e,) of segments, node_first (e + 1,) and the parameters node_t.
+def lay_nodes(
+    kinds, offsets, data, which, span, t, s, h, ends, radius, tilt, step, vertex_size, longest, at_least, g, most
+):  # fmt: skip
+    """Nodes of all edges, on tracks ``which`` (e,): counts (e,) of segments, node_first (e + 1,), parameters node_t.
 
     See ``grade``, ``envelope``, ``count_nodes`` and ``place_nodes``. The graded radius is made longer by ``tilt``
     (e, 2). No nodes are laid where they would be more than ``most``, or an edge cannot be counted (its count is below
@@ -192,9 +178,13 @@ def lay_nodes(span, t, s, h, ends, radius, tilt, step, vertex_size, longest, at_
     for v in range(longest.shape[0]):
         vertex_leg[v] = np.inf
     grade(first, s, h, ends, radius, vertex_size, vertex_leg, g, longest)
+    legs = 0
     for e in range(radius.shape[0]):
         for i in range(2):
+            legs += 1 if radius[e, i] > 0.0 else 0
             radius[e, i] += tilt[e, i]
+    if legs > 0:
+        first, t, s, cap, h = with_leg_ends(kinds, offsets, data, which, first, t, s, cap, h, radius)
     first, t, s, h = envelope(first, t, s, cap, h, g)
     edges = first.shape[0] - 1
     counts, node_first = np.empty(edges, np.int64), np.empty(edges + 1, np.int64)

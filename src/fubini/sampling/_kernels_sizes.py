@@ -1,4 +1,4 @@
-"""Compiled tables of the size along edges: sampled from the curves, graded, lowered.
+"""Compiled tables of the size along edges: graded, lowered. They are sampled from the curves by ``_kernels_samples``.
 
 Samples of all edges lie in one pool: rows ``span[e, 0] .. span[e, 1] - 1`` are those of edge e and hold the parameter
 ``t``, the arc length ``s`` and the wanted size ``h``; between samples ``h`` is linear in ``s``. A table that changes is
@@ -7,157 +7,14 @@ written anew behind all others. Where tables lie one behind the other, ``first[e
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from fubini._jit import inner, kernel
-from fubini.tracks._kernels import evaluate_one
 
-#: Curves are sampled more densely where segments are to turn by less than this (radians), up to so many samples.
-FINE_TURN, MOST_SAMPLES = 0.75, 16385
-#: Half-diameters that differ by less than this, relative to their squares, make a circle.
-ROUND = 1e-9
 #: A size is lowered where less than this share of the present one is asked for.
 LOWER = 0.999
-
-
-@inner
-def turning_sizes(x, y, s, turn, blur, angle, out):
-    """Size at the samples of a polyline x, y with arc lengths s (n,): it turns by ``turn`` radians there.
-
-    The narrowest window about the sample over which the tangent turns by ``turn`` is the size; an
-    isolated kink that turns by less does not call for small elements, however small its radius. Windows
-    no longer than ``blur`` are not looked at: what turns there is rounding, or a loop that counts as a point.
-    Writes into out (n,); ``angle`` is scratch space.
-    """
-    n = s.shape[0]
-    previous = math.atan2(y[1] - y[0], x[1] - x[0])
-    total = 0.0
-    angle[0] = 0.0
-    for i in range(1, n):
-        d = math.atan2(y[i] - y[i - 1], x[i] - x[i - 1]) if s[i] - s[i - 1] > 1.5 * blur else previous
-        step = d - previous
-        if step > math.pi:
-            step -= 2.0 * math.pi
-        elif step < -math.pi:
-            step += 2.0 * math.pi
-        previous = d
-        total += abs(step)
-        angle[i] = total
-    low = 0
-    for i in range(n):
-        out[i] = np.inf
-    for high in range(1, n):
-        while angle[high] - angle[low] >= turn:
-            window = s[high] - s[low]
-            if window > blur:
-                for i in range(low, high + 1):
-                    if window < out[i]:
-                        out[i] = window
-            low += 1
-
-
-@inner
-def circle_radius(data, o):
-    """Radius of the conic whose data starts at ``o`` if it is a circle, or an arc of one; else 0."""
-    ax, ay, bx, by = data[o + 6], data[o + 7], data[o + 8], data[o + 9]
-    square = ax * ax + ay * ay
-    if abs(square - bx * bx - by * by) > ROUND * square or abs(ax * bx + ay * by) > ROUND * square:
-        return 0.0
-    return math.sqrt(square) if data[o + 10] != data[o + 11] else 0.0
-
-
-@inner
-def sample_count(kinds, offsets, data, track, finer):
-    """Samples to take of a track: two of a line, more of a curve with many pieces."""
-    if kinds[track] == 0:
-        return np.int64(2)
-    if kinds[track] == 1:
-        return min(MOST_SAMPLES, 128 * finer + 1)
-    pieces = np.int64(data[offsets[track] + 4])
-    each = max(1, min(max(16, -(-64 // pieces)), 4096 // pieces) * finer)
-    return pieces * max(1, min(each, (MOST_SAMPLES - 1) // pieces)) + 1
-
-
-@inner
-def walk(kinds, offsets, data, track, count, n, blur, t, s, x, y):
-    """Samples of a track from n on, at even parameters of each of its pieces. The new n.
-
-    Where a curve stays in one place, within ``blur`` from sample to sample, only the ends of the stretch are kept, so
-    far apart in ``s`` as that. Other samples that do not get ahead are left out.
-    """
-    o = np.int64(offsets[track])
-    pieces = np.int64(data[o + 4]) if kinds[track] == 2 else 1
-    each = (count - 1) // pieces
-    length = last_x = last_y = 0.0
-    waiting = -1.0
-    for i in range(count):
-        at = i / (count - 1)
-        if kinds[track] == 2 and i < count - 1:
-            k = i // each
-            low = data[o + 6 + k]
-            at = low + (data[o + 7 + k] - low) * ((i - k * each) / each)
-        px, py = evaluate_one(kinds, offsets, data, track, at)
-        ahead = math.hypot(px - last_x, py - last_y) if i > 0 else 0.0
-        if i > 0 and i < count - 1 and ahead <= blur:
-            waiting = at
-            continue
-        if waiting >= 0.0 and length + blur > length:
-            length += blur
-            t[n], s[n], x[n], y[n] = waiting, length, last_x, last_y
-            n += 1
-        waiting = -1.0
-        if i == 0 or length + ahead > length:
-            length += ahead
-            t[n], s[n], x[n], y[n] = at, length, px, py
-            n += 1
-        last_x, last_y = px, py
-    return n
-
-
-@kernel(allocates=True)
-def sample_tracks(kinds, offsets, data, which, turn, blur, most, pieces, dense, spare):
-    """Tables (span, t, s, h) of the tracks ``which`` (e,), with ``spare`` rows behind them.
-
-    ``h`` is the size bound by the turning of the curve (over more than ``blur``), by ``most`` (e,) and by the length
-    over ``pieces`` (e,).
-    Circles, whose tables are straight lines, get two samples unless ``dense``.
-    """
-    edges, room, longest = which.shape[0], 0, 2
-    finer = max(1, np.int64(math.ceil(FINE_TURN / turn)))
-    count = np.empty(edges, np.int64)
-    for e in range(edges):
-        count[e] = sample_count(kinds, offsets, data, which[e], finer)
-        if kinds[which[e]] == 1 and not dense and circle_radius(data, offsets[which[e]]) > 0.0:
-            count[e] = 2
-        room += count[e]
-        longest = max(longest, count[e])
-    span = np.empty((edges, 2), np.int64)
-    room += spare
-    t, s, h = np.empty(room), np.empty(room), np.empty(room)
-    x, y, angle = np.empty(longest), np.empty(longest), np.empty(longest)
-    n = 0
-    for e in range(edges):
-        a, o = n, np.int64(offsets[which[e]])
-        if kinds[which[e]] == 1 and count[e] == 2:
-            radius, sweep = circle_radius(data, o), abs(data[o + 11] - data[o + 10])
-            bound = radius * turn if sweep >= turn else np.inf
-            for i in range(2):
-                t[n], s[n], h[n] = i, i * radius * sweep, bound
-                n += 1
-        else:
-            n = a + walk(kinds, offsets, data, which[e], count[e], 0, blur, t[a:], s[a:], x, y)
-            if kinds[which[e]] != 0:
-                turning_sizes(x, y, s[a:n], turn, blur, angle, h[a:n])
-            else:
-                for i in range(a, n):
-                    h[i] = np.inf
-        bound = min(most[e], s[n - 1] / pieces[e])
-        for i in range(a, n):
-            h[i] = min(h[i], bound)
-        span[e, 0], span[e, 1] = a, n
-    return span, t, s, h
+#: Tables of more rows than this do without those that tell nothing: each round would add all its nodes.
+MANY_ROWS = 4096
 
 
 @inner(allocates=True)
@@ -294,10 +151,12 @@ def fill_free(t, s, h, a, b, node, value, n):
 def lower_edge(t, s, h, a, b, node, value, n, fill):
     """Write the table of samples a .. b, lowered to the sizes ``value`` at places ``node`` (n,), to rows from ``fill``.
 
-    Returns the row behind it, and whether a size fell.
+    In a long table, places between samples get no row where they and their neighbours keep their sizes. Returns the row
+    behind it, and whether a size fell.
     """
-    fell = False
+    fell, thin = False, b - a + n > MANY_ROWS
     m, i, q, before = fill, a, 0, -1.0
+    spare = untouched = False  # whether the last row tells nothing if the next keeps its size; whether it keeps its own
     while i <= b or q < n:
         at = min(t[i] if i <= b else 2.0, node[q] if q < n else 2.0)
         left = min(max(a, i if i <= b and t[i] == at else i - 1), b - 1)
@@ -306,8 +165,12 @@ def lower_edge(t, s, h, a, b, node, value, n, fill):
         near = min(max(0, q if q < n and node[q] == at else q - 1), n - 2)
         wanted = between(at, node[near], node[near + 1], value[near], value[near + 1])
         if m == fill or along - before > 1e-14 * s[b]:
+            kept, own = wanted > (1.0 - 1e-9) * size, i <= b and t[i] == at
+            if thin and spare and kept:
+                m -= 1
             t[m], s[m], h[m] = at, along, min(size, wanted)
             fell |= h[m] < LOWER * size
+            spare, untouched = kept and untouched and not own, kept
             m += 1
         before = along
         i += 1 if i <= b and t[i] == at else 0

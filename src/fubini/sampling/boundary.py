@@ -111,8 +111,8 @@ class BoundarySizing:
             steps = legs.steps(radius)
             tilt = legs.tilt
         counts, node_first, node_t = kernels.lay_nodes(
-            *self.tables.pool, self.ends, radius, tilt, steps, self._vertex_size, legs.longest, self.tables.at_least,
-            options.gradient, options.most,
+            *self.network.tracks, self.network.first, *self.tables.pool, self.ends, radius, tilt, steps,
+            self._vertex_size, legs.longest, self.tables.at_least, options.gradient, options.most,
         )  # fmt: skip
         if not len(node_t):
             self._refuse(counts)

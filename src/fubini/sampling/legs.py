@@ -13,10 +13,12 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from fubini.sampling._kernels_legs import chord_parameter
 from fubini.sampling.network import Network
 from fubini.sampling.outline import Outline
 from fubini.sampling.tables import EdgeTables, SizeOptions
 from fubini.tracks import evaluate
+from fubini.tracks.table import LINE
 from fubini.triangulation.value import LOCKED, Boundary
 
 Float = NDArray[np.float64]
@@ -217,10 +219,12 @@ class Legs:
         return leg
 
     def _leg_end(self, outline: Outline, j: int, side: int, leg: float) -> Float:
-        """Point at arc length ``leg`` from the given end of curve j."""
+        """Point as far as ``leg`` from the given end of curve j."""
         t, s, _ = self.tables[outline.edges[j]]
-        at = leg if side == 0 else s[-1] - leg
-        return evaluate(outline.tracks, j, np.interp(at, s, t))[0]
+        at = float(np.interp(leg if side == 0 else s[-1] - leg, s, t))
+        if outline.tracks.kinds[j] != LINE and leg > 0.0:
+            at = chord_parameter(*outline.tracks, j, side, leg, at)
+        return evaluate(outline.tracks, j, at)[0]
 
     def shorten(self, outline: Outline, boundary: Boundary, want: Float) -> set[int]:
         """The triangle of a sharp corner must not be larger than the gap beside it.

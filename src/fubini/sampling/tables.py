@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fubini._values import value
-from fubini.sampling import _kernels_sizes as kernels
+from fubini.sampling import _kernels_samples as kernels
 from fubini.sampling.network import Network
 from fubini.sampling.outline import Outline
 from fubini.tracks import Tracks, evaluate
@@ -84,7 +84,7 @@ class EdgeTables(Sequence[Table]):
             *network.tracks, network.first, float(options.turn), BLUR * network.grain, bound,
             self.at_least, int(bent), SPARE,
         )  # fmt: skip
-        self.fill = len(self.t) - SPARE
+        self.fill = int(self.span[-1, 1])
         if bent:
             self._bound_by_bending(network.outlines, most)
         if options.fields is not None:
@@ -147,10 +147,13 @@ class EdgeTables(Sequence[Table]):
             self._replace(e, places, along, np.minimum(np.interp(along, s, h), np.maximum(asked, least)))
 
 
-def sample_track(tracks: Tracks, j: int, turn: float) -> Table:
-    """Parameters, arc lengths and curvature-bound sizes (n,) along track j; two samples for a line."""
+def sample_track(tracks: Tracks, j: int, turn: float, grain: float = 0.0) -> Table:
+    """Parameters, arc lengths and curvature-bound sizes (n,) along track j; two samples for a line.
+
+    ``grain`` is the length that its coordinates are rounded to.
+    """
     free = np.full(1, np.inf), np.ones(1, np.int64)
-    _, t, s, h = kernels.sample_tracks(*tracks, np.array([j], np.int32), turn, 0.0, *free, 1, 0)
+    _, t, s, h = kernels.sample_tracks(*tracks, np.array([j], np.int32), turn, BLUR * grain, *free, 1, 0)
     return t, s, h
 
 

@@ -19,8 +19,9 @@ def chords_to_halve(tracks: Tracks, boundary: Boundary, unrecovered: NDArray[np.
     ends = boundary.points[boundary.segments]
     sag = chord_sags(tracks, boundary)
     halve = np.zeros(len(ends), bool)
+    boxes = np.concatenate([ends.min(axis=1), -ends.max(axis=1)], axis=1).T.copy()
     for k in unrecovered[:MOST_CROSSINGS].tolist() if len(unrecovered) else range(len(ends)):
-        pair = np.append(np.flatnonzero(crossed(ends, k)), k)
+        pair = np.append(crossed(ends, boxes, k), k)
         halve[pair] |= sag[pair] >= 0.25 * sag[pair].max()
     return halve
 
@@ -34,16 +35,19 @@ def chord_sags(tracks: Tracks, boundary: Boundary) -> Float:
     return np.hypot(*middle.T)
 
 
-def crossed(ends: Float, k: int) -> NDArray[np.bool_]:
-    """Which segments with ``ends`` (n, 2, 2) cross or touch segment k, apart from its neighbours' shared ends."""
-    a, b = ends[k]
+def crossed(ends: Float, boxes: Float, k: int) -> NDArray[np.intp]:
+    """Segments with ``ends`` (n, 2, 2) that cross or touch segment k, apart from its neighbours' shared ends.
+
+    ``boxes`` (4, n) holds their least x and y and their largest, negative: few are near each other.
+    """
+    low_x, low_y, high_x, high_y = (-boxes[[2, 3, 0, 1], k]).tolist()
+    near = np.flatnonzero((boxes[0] <= low_x) & (boxes[1] <= low_y) & (boxes[2] <= high_x) & (boxes[3] <= high_y))
+    (a, b), p, q = ends[k], ends[near, 0], ends[near, 1]
 
     def side(p: Float, q: Float, r: Float) -> Float:
         u, v = q - p, r - p
         return u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0]
 
-    p, q = ends[:, 0], ends[:, 1]
     apart = (side(a, b, p) * side(a, b, q) > 0.0) | (side(p, q, a) * side(p, q, b) > 0.0)
-    apart |= (np.maximum(p, q) < np.minimum(a, b)).any(axis=1) | (np.minimum(p, q) > np.maximum(a, b)).any(axis=1)
     joined = (p == a).all(1) | (p == b).all(1) | (q == a).all(1) | (q == b).all(1)
-    return ~apart & ~joined
+    return near[~apart & ~joined]

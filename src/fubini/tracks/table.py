@@ -104,9 +104,10 @@ def joined(parts: list[Tracks]) -> Tracks:
 
 
 def rounded(tracks: Tracks, length: float, bits: int) -> Tracks:
-    """The same tracks with lengths rounded to ``length`` / 2^bits, angles and weights to 1 / 2^bits.
+    """The same tracks with lengths rounded to ``length`` / 2^bits, angles to 1 / 2^bits and weights to as many bits.
 
-    ``length`` is taken down to a power of two, so that scaling by powers of two commutes with it.
+    ``length`` is taken down to a power of two, so that scaling by powers of two commutes with it. Of rational curves
+    the control points are rounded, not what stands in the table: where only small weights count they would go astray.
     """
     unit = 2.0**-bits
     coordinate = unit * 2.0 ** math.floor(math.log2(length))
@@ -118,7 +119,12 @@ def rounded(tracks: Tracks, length: float, bits: int) -> Tracks:
         near[angles] = np.rint(tracks.data[angles] / unit) * unit
     for o in tracks.offsets[tracks.kinds == RATIONAL].tolist():
         pieces, degree = int(tracks.data[o + 4]), int(tracks.data[o + 5])
-        poles = o + 7 + pieces
-        for part in (slice(o + 4, poles), slice(poles + 2, poles + 3 * pieces * (degree + 1), 3)):
-            near[part] = np.rint(tracks.data[part] / unit) * unit
+        first = o + 7 + pieces
+        near[o + 4 : first] = np.rint(tracks.data[o + 4 : first] / unit) * unit
+        poles = slice(first, first + 3 * pieces * (degree + 1))
+        given = tracks.data[poles].reshape(-1, 3)
+        mantissa, exponent = np.frexp(given[:, 2:])
+        weights = np.ldexp(np.rint(mantissa / unit) * unit, exponent)
+        placed = np.rint(given[:, :2] / given[:, 2:] / coordinate) * coordinate
+        near[poles] = np.column_stack([placed * weights, weights]).ravel()
     return tracks._replace(data=near)

@@ -1,0 +1,55 @@
+"""Ellipses of 1 : 10,000, near-cusps and heavy weights: curves that even parameters tell little of."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import fubini
+from fubini.curves import Bezier, BSpline, EllipticalArc, Line
+from fubini.region import Loop, Region
+from regions import chain, model_of
+
+
+def certified(region: Region, size: float, most: int):
+    """The mesh of a region, which is certified and holds no more triangles than ``most``."""
+    assert not region.validate()
+    mesh = fubini.mesh(model_of(region), size)
+    assert mesh.certificate.certified, mesh.certificate.faces[0].reasons
+    assert len(mesh.triangles) < most
+    return mesh
+
+
+def ellipse(ratio: float, start: float = 0.0, end: float = 2.0 * math.pi, turn: float = 0.3) -> EllipticalArc:
+    c, s = math.cos(turn), math.sin(turn)
+    return EllipticalArc((0.0, 0.0), (c, s), (-s / ratio, c / ratio), start, end)
+
+
+@pytest.mark.parametrize(("ratio", "size"), [(1000.0, 0.03), (1000.0, 0.5), (10_000.0, 0.03)])
+def test_slender_ellipses(ratio, size):
+    certified(Region(Loop((ellipse(ratio),))), size, most=int(4.0 * ratio))
+
+
+@pytest.mark.parametrize(("ratio", "size"), [(1000.0, 0.03), (3000.0, 0.5)])
+def test_segments_of_slender_ellipses_meet_their_chords_in_slender_corners(ratio, size):
+    arc = ellipse(ratio, 0.5, 3.0)
+    mesh = certified(chain(arc, Line(arc.end, arc.start)), size, most=int(20.0 * ratio))
+    assert mesh.certificate.unavoidable == mesh.certificate.flawed == 2
+
+
+@pytest.mark.parametrize("short", [1e-1, 1e-3, 1e-6])
+def test_near_cusps(short):
+    # a cubic that all but stands still in the middle, the nearer the shorter its control polygon crosses itself
+    a, b, up = np.array([-1.0, 0.0]), np.array([1.0, 0.0]), np.array([0.0, -1.3])
+    arc = Bezier([a, a + (b - a) * (1.0 - short) + up, b - (b - a) * (1.0 - short) + up, b])
+    certified(chain(arc, Line(b, (1.0, 1.0)), Line((1.0, 1.0), (-1.0, 1.0)), Line((-1.0, 1.0), a)), 0.07, most=4000)
+
+
+@pytest.mark.parametrize("power", [1, 2, 4])
+def test_heavy_and_light_weights(power):
+    poles = [(2, 0), (2, 2), (0, 2), (-2, 2), (-2, 0), (-2, -2), (0, -2), (2, -2), (2, 0)]
+    weights = 10.0 ** (power * np.array([0, 1, -1, 1, 0, -1, 1, -1, 0]))
+    spline = BSpline(3, [0, 0, 0, 0, 1, 2, 3, 4, 5, 6, 6, 6, 6], poles, weights)
+    certified(Region(Loop((spline,))), 0.3, most=4000)
