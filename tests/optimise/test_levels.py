@@ -9,7 +9,7 @@ import pytest
 
 import fubini
 import regions
-from fubini.optimise import OptimiseOptions, even_out, optimise, smooth
+from fubini.optimise import OptimiseOptions, even_out, levels, optimise, smooth
 from fubini.optimise.levels import Uneven, levelled
 from fubini.optimise.pocket import Pocket, slides
 from fubini.quality import areas, growth_rates, skewness
@@ -51,6 +51,23 @@ def test_pairs_left_by_evening_out_are_levelled(seed):
     assert worst[1] >= min(50.0, worst[0]) - 1e-9
     assert levelled(coarse, tracks, LIMITED).points.tobytes() == done.points.tobytes()
     assert levelled(done, tracks, OptimiseOptions(growth=3.0)) is done
+
+
+def test_more_pairs_are_looked_at_in_larger_faces(monkeypatch):
+    """Many pairs, of which moves leave most: twenty and one for each hundred triangles are tried."""
+    tried, best = [], levels._best_trial
+
+    def counted(*args):
+        tried.append(args[2])
+        return best(*args)
+
+    monkeypatch.setattr(levels, "_best_trial", counted)
+    coarse, tracks = scattered(0, 900)
+    limit = OptimiseOptions(growth=1.2)
+    done = levelled(coarse, tracks, limit)
+    assert uneven(coarse, 1.2).sum() > 100
+    assert levels.PAIRS < len(tried) <= levels.PAIRS + len(coarse.triangles) // levels.PAIR_EACH
+    assert uneven(done, 1.2).sum() < uneven(coarse, 1.2).sum() - levels.PAIRS
 
 
 @pytest.mark.parametrize("seed", range(2))

@@ -19,8 +19,8 @@ from fubini.triangulation.value import Triangulation
 Float = NDArray[np.float64]
 Index = NDArray[np.intp]
 
-#: Pairs looked at in one face at most, worst first, and how many in a row to no avail.
-PAIRS, PATIENCE = 20, 4
+#: Pairs looked at in one face at most, worst first, one more for so many triangles, and how many in a row to no avail.
+PAIRS, PAIR_EACH, PATIENCE = 20, 100, 4
 #: Triangles up to so many edges away from a pair are meshed anew.
 RINGS = 4
 #: A trial must lessen the excess to this share of what it was; a pair over the limit counts so much by itself.
@@ -68,7 +68,8 @@ def levelled(triangulation: Triangulation, tracks: Tracks, options: OptimiseOpti
     """
     tried: set[tuple[float, ...]] = set()
     failed, next_, uneven = 0, 0, Uneven.of(triangulation, options)
-    while next_ < len(uneven.ratio) and failed < PATIENCE and len(tried) < PAIRS:
+    most = PAIRS + len(triangulation.triangles) // PAIR_EACH
+    while next_ < len(uneven.ratio) and failed < PATIENCE and len(tried) < most:
         pair = uneven.pair(next_)
         next_ += 1
         if (place := _place(triangulation, pair)) in tried:
