@@ -10,8 +10,12 @@ import pytest
 
 import fubini
 import regions
+from fubini._jit import kernel
 from fubini.optimise import OptimiseOptions, refine_within, thinned
+from fubini.optimise._kernels_thin import thin
+from fubini.optimise._kernels_words import state_of
 from fubini.optimise.loop import refine_and_optimise
+from fubini.optimise.state import build_state, read_state
 from fubini.quality import areas, growth_rates, skewness, squared_lengths
 from fubini.triangulation.constrained import constrained_delaunay
 from fubini.triangulation.validate import validate
@@ -115,3 +119,60 @@ def test_a_face_is_refined_again_with_fewer_points_where_these_do():
     fewer, _ = refine_within(start, tracks, 0.8, 0.5, ASKED, core)
     assert len(fewer.triangulation.triangles) < number
     assert skew(fewer.triangulation).min() >= min(60.0, skew(first.triangulation).min()) - 1e-9
+
+
+def test_nodes_are_taken_out_before_smoothing_where_there_is_less_room():
+    made, tracks = boundary(SLOT, 0.8)
+    start = constrained_delaunay(made.points, made)
+    first, _ = refine_and_optimise(start, tracks, 0.8, 0.5, ASKED)
+    number = len(first.triangulation.triangles)
+    core = (1000, 1000.0 / 1.095 + (number - 8) / 1.095 - first.room)
+    fewer, _ = refine_and_optimise(start, tracks, 0.8, 0.5, ASKED, core=core)
+    assert fewer.thinned and not first.thinned
+    assert len(fewer.triangulation.triangles) <= number - 8
+    assert validate(fewer.triangulation) == ()
+    assert skew(fewer.triangulation).min() > 50.0
+    roomy, _ = refine_and_optimise(start, tracks, 0.8, 0.5, ASKED, core=(0, float(number)))
+    assert not roomy.thinned
+    assert roomy.triangulation.points.tobytes() == first.triangulation.points.tobytes()
+
+
+def state_of_points(number, seed):
+    """A state of a Delaunay triangulation of random points in the slotted face, and how it is read."""
+    made, tracks = boundary(SLOT, 0.6)
+    inside = np.random.default_rng(seed).random((number, 2)) * (10.0, 6.0)
+    hole = (np.abs(inside - (5.0, 3.0)) < (3.1, 1.1)).all(1)
+    clear = ~hole & (np.abs(inside - (5.0, 3.0)) < (4.9, 2.9)).all(1)
+    start = constrained_delaunay(np.concatenate([made.points, inside[clear]]), made)
+    return start, build_state(start, tracks, ASKED, 10)
+
+
+@kernel
+def thinned_to(S, most):
+    return thin(state_of(S), most)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_nodes_taken_out_leave_a_delaunay_triangulation_of_the_others(seed):
+    """Down to a third of the triangles, and then as far as it goes: to the triangulation of the boundary alone."""
+    start, state = state_of_points(120, seed)
+    for most in (len(start.triangles) // 3, 0):
+        taken = thinned_to(state.words, most)
+        left = read_state(state, start).mesh
+        assert taken > 0
+        assert validate(left, delaunay=True) == ()
+        assert len(left.triangles) <= most or len(left.points) == len(left.boundary.points)
+        np.testing.assert_array_equal(left.boundary.points, start.boundary.points)
+        assert {tuple(p) for p in left.points} <= {tuple(p) for p in start.points}
+        np.testing.assert_allclose(areas(left.points[left.triangles]).sum(), 48.0)
+    assert len(left.triangles) == len(start.triangles) - 2 * (len(start.points) - len(start.boundary.points))
+
+
+def test_the_node_with_least_room_goes_first():
+    start, state = state_of_points(60, 7)
+    first = len(start.boundary.points)
+    room = np.bincount(start.triangles.ravel(), np.repeat(areas(start.points[start.triangles]), 3))
+    assert thinned_to(state.words, len(start.triangles) - 2) == 1
+    left = {tuple(p) for p in read_state(state, start).mesh.points}
+    gone = [v for v in range(len(start.points)) if tuple(start.points[v]) not in left]
+    assert gone == [first + int(np.argmin(room[first:]))]

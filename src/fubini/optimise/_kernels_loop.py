@@ -22,6 +22,7 @@ from fubini.optimise._kernels_state import (
     LOW,
     NODES,
     PATCH,
+    POOR,
     QUEUED,
     RANDOM,
     SEGMENTS,
@@ -32,6 +33,8 @@ from fubini.optimise._kernels_state import (
 )
 from fubini.optimise._kernels_words import state_of, work_of
 
+#: quality of the skewness 50 degrees
+FAIR = math.tan(math.radians(5.0))
 #: a move is made when the cost falls by more than this
 FALL = 0.01
 #: what ``drive`` does
@@ -261,6 +264,14 @@ def find_low(S, bound):
 
 
 @inner
+def count_poor(S):
+    """Count those of the triangles S.low that are not flawed, and yet no more than 5 degrees better than 45."""
+    S.counts[POOR] = 0
+    for q in range(S.counts[LOW]):
+        S.counts[POOR] += S.rule[HARD] <= triangle_quality(S, S.low[q]) < FAIR
+
+
+@inner
 def judge(S):
     """Count the flawed triangles and those beyond the unavoidable, which come first in S.low."""
     n = 0
@@ -302,6 +313,7 @@ def drive(S, W, task, top, goal, share):
         m = S.counts[TRIANGLES]
         # all that is done for a small mesh takes as long as 1000 visits, and 4.5 more for each triangle
         polish(S, W, goal, int(share * min(1000.0 + 4.5 * m, 4000.0 + 200.0 * math.sqrt(m))))
+        count_poor(S)
     S.counts[AFTER] = S.counts[EXCESS] = 0
     if not known:  # polishing makes no triangle worse than the soft bound
         judge(S)

@@ -29,6 +29,9 @@ SMALL = 1000.0
 #: one size is wanted where none is below this share of it (an edge rounded to whole segments has none shorter than
 #: 1 / sqrt(2)), and where all that are wanted make no more triangles than that one, times this
 ONE_SIZE, HARDLY_MORE = 0.7, 1.2
+#: triangles over those that area and one size ask for that a face may have, a little below 1.1 since its area is that
+#: of the polygon of its nodes; faces where fewer than the second number are asked for consist of their boundary
+MOST, LEAST = 1.095, 100.0
 #: more triangles than there are
 MANY = 2**31 - 1
 
@@ -279,6 +282,15 @@ def room(S, h):
     total, uniform = 2.0 / ROOT3 * total, 2.0 / ROOT3 * area2 / (h * h)
     S.counts[ROOM] = int(uniform) if least >= ONE_SIZE * h and total <= HARDLY_MORE * uniform else 0
     return total, uniform
+
+
+@inner
+def most_of(room, core, beside):
+    """Triangles that a face may have besides a core of ``core``, MANY where not known.
+
+    room, beside : how many of one size there is room for, and in place of the core; 0 and below 0 where not known.
+    """
+    return int(MOST * (room + beside) - core) if room > 0 and beside >= 0.0 and room + beside >= LEAST else MANY
 
 
 @inner

@@ -20,6 +20,8 @@ NODES, TRIANGLES, SEGMENTS, FREED, QUEUED, STAMP, ATTEMPTS, BUDGET, RANDOM, INSE
 #: triangles of the wanted size that there is room for, where points were put in and that size is wanted everywhere
 LEVEL, LOW, BEFORE, AFTER, EXCESS, ROOM = range(10, 16)
 FIRST_MOVE = 16
+#: nodes taken out before smoothing as there were too many triangles; triangles that polishing left below 50 degrees
+THINNED, POOR = 27, 28
 #: accepted moves, counted from ``FIRST_MOVE`` on in this order
 MOVES = (
     "relocation",

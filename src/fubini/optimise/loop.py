@@ -18,12 +18,14 @@ from fubini.optimise._kernels_state import (
     FULL,
     INSERTED,
     MOVES,
+    POOR,
     PREPARE,
     QUEUED,
     ROOM,
     SMOOTH,
     SPENT,
     STUCK,
+    THINNED,
     TRIANGLES,
     State,
     Work,
@@ -73,12 +75,13 @@ def refine_and_optimise(
     options: OptimiseOptions,
     size: ArrayLike | None = None,
     enough: int = 0,
+    core: tuple[int, float] | None = None,
 ) -> tuple[OptimiseOutcome, tuple[int, float]]:
     """``refine``, ``smooth``, ``optimise`` and ``even_out`` one after the other, with no copy in between.
 
     The outcome, and what ``level`` asks of one that is evened out: pairs left above the limit, and the longest edge.
     """
-    state, _ = advanced(triangulation, tracks, h, gradient, size, options, SMOOTHINGS, enough)
+    state, _ = advanced(triangulation, tracks, h, gradient, size, options, SMOOTHINGS, enough, core)
     state = _driven(state, options)
     found = read_state(state, triangulation, options.growth, kept_shapes(options))
     return _outcome(state, found), (found.left, found.longest)
@@ -107,6 +110,7 @@ def _outcome(state: State, found: ReadOut) -> OptimiseOutcome:
     return OptimiseOutcome(
         found.mesh, dict(zip(MOVES, counts[FIRST_MOVE:], strict=False)), counts[BEFORE], counts[AFTER], excess,
         found.splits, excess > 0 and counts[ATTEMPTS] > counts[BUDGET], worst, counts[ATTEMPTS], counts[ROOM],
+        counts[THINNED] > 0, counts[POOR],
     )  # fmt: skip
 
 

@@ -82,6 +82,8 @@ class OptimiseOutcome:
     worst : (x, y) centroids of the triangles counted in ``excess``.
     effort : moves attempted.
     room : triangles of the one size wanted everywhere that there is room for; 0 where sizes differ or are not known.
+    thinned : nodes were taken out before smoothing, as there is less room.
+    poor : triangles that are not flawed and below skewness 50 degrees, as polishing left them.
     """
 
     triangulation: Triangulation
@@ -94,12 +96,14 @@ class OptimiseOutcome:
     worst: tuple[tuple[float, float], ...] = ()
     effort: int = 0
     room: int = 0
+    thinned: bool = False
+    poor: int = 0
 
     def on(self, triangulation: Triangulation) -> OptimiseOutcome:
         """The same with its nodes moved (``dataclasses.replace`` takes several times as long)."""
         return OptimiseOutcome(
             triangulation, self.moves, self.flawed_before, self.flawed_after, self.excess, self.splits,
-            self.budget_exhausted, self.worst, self.effort, self.room,
+            self.budget_exhausted, self.worst, self.effort, self.room, self.thinned, self.poor,
         )  # fmt: skip
 
 

@@ -66,6 +66,8 @@ def rule_of(options: OptimiseOptions) -> NDArray[np.float64]:
 
 #: rounds of evening out where there is to be none, sizes beyond segments where nothing is there
 NOTHING = np.empty(0)
+#: A core of which nothing is known.
+NO_ROOM = 0, -1.0
 
 
 class ReadOut(NamedTuple):
@@ -148,11 +150,12 @@ def started(
     gradient: float = 0.0,
     rounds: int = 0,
     enough: int = 0,
+    core: tuple[int, float] | None = None,
 ) -> tuple[int, int]:
     """Do these tasks of ``_kernels_start`` to a state and the triangulation that it starts from: (status, changes).
 
     The wanted edge length is ``size`` (n,) at all nodes; where it is None, that of the boundary's nodes there, and
-    inside ``most`` or, where this is infinite, the mean length of the edges at a node.
+    inside ``most`` or, where this is infinite, the mean length of the edges at a node. core : see ``refine_within``.
     """
     boundary = tri.boundary
     own = writable(boundary.size, FLOATS)
@@ -161,7 +164,8 @@ def started(
         writable(tri.neighbours, INTS), writable(boundary.kind, BYTES), writable(boundary.track, INTS),
         writable(boundary.t, FLOATS), _modes(boundary, options), 1 + options.seed % 0x7FFFFFFE,
         own if size is None else writable(size, FLOATS), writable(boundary.angle, FLOATS), own, ACUTE,
-        corner_limit(options.min_skew), float(most), float(gradient), OVERSIZE, enough, rounds,
+        corner_limit(options.min_skew), float(most), float(gradient), OVERSIZE, enough,
+        *(core or NO_ROOM), rounds,
     )  # fmt: skip
     return status, changes
 

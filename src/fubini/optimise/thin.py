@@ -1,4 +1,4 @@
-"""``thinned``: nodes are taken out of a face of one size that has more triangles than its area and size ask for."""
+"""Fewer triangles on faces of one size that come out with more than their area and this size ask for."""
 
 from __future__ import annotations
 
@@ -9,11 +9,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from fubini.optimise._kernels_refine import MANY, most_of
 from fubini.optimise.levels import excess_of, figures_of, flawed_shape
 from fubini.optimise.loop import improved, refine_and_optimise
 from fubini.optimise.options import LONGEST, OptimiseOptions, OptimiseOutcome
 from fubini.optimise.pocket import Pocket
 from fubini.optimise.smooth import least_kept
+from fubini.optimise.state import NO_ROOM
 from fubini.quality import areas
 from fubini.tracks import Tracks
 from fubini.triangulation.value import Triangulation
@@ -22,10 +24,8 @@ Float = NDArray[np.float64]
 #: See ``most_triangles``.
 Room = tuple[int, float] | None
 
-#: Triangles over those that area and size ask for that a face may have, a little below 1.1 since its area is that of
-#: the polygon of its nodes; faces where fewer than the second number are asked for consist of their boundary.
-MOST, LEAST = 1.095, 100.0
-#: A face that has more is refined again: points stop at these shares of what it may have, one after the other.
+#: A face that has more after all is refined again: points stop at these shares of what it may have, one after the
+#: other.
 ENOUGH = 0.98, 0.95
 #: Degrees that the mean skewness may fall by for that, and again for taking out nodes.
 FALL = 3.0
@@ -46,9 +46,8 @@ def most_triangles(outcome: OptimiseOutcome, core: Room) -> float:
     core : triangles of the face that are not in it, and how many of the wanted size there is room for in their place;
         None for a face of which more than its size is asked.
     """
-    if core is None or not outcome.room or outcome.room + core[1] < LEAST:
-        return math.inf
-    return MOST * (outcome.room + core[1]) - core[0]
+    most: int = most_of.py_func(outcome.room, *(core or NO_ROOM))
+    return most if most < MANY else math.inf
 
 
 def refine_within(
@@ -59,13 +58,23 @@ def refine_within(
     options: OptimiseOptions,
     core: Room = (0, 0.0),
 ) -> tuple[OptimiseOutcome, tuple[int, float]]:
-    """``refine_and_optimise``; again with fewer points, where that makes more triangles than ``most_triangles``.
+    """``refine_and_optimise``, with nodes taken out or fewer points where that makes more than ``most_triangles``.
 
-    Another outcome counts where it has fewer of them, nothing flawed, no triangle worse than the worst of the first, or
-    than is fair, and a mean that is hardly worse.
+    What comes of either counts where nothing of it is flawed or poor. Where neither does, points may be as many as they
+    were, and with fewer of them an outcome counts only where none of its triangles is worse than the worst then, or
+    than is fair, and the mean is hardly worse.
     """
-    best = refine_and_optimise(triangulation, tracks, h, gradient, options)
-    number, most = len(best[0].triangulation.triangles), most_triangles(best[0], core)
+    best = refine_and_optimise(triangulation, tracks, h, gradient, options, core=core)
+    most = most_triangles(best[0], core)
+    if best[0].thinned:
+        if not best[0].excess and not best[0].poor:
+            return best
+        best = refine_and_optimise(triangulation, tracks, h, gradient, options, enough=int(ENOUGH[0] * most))
+        fewer = len(best[0].triangulation.triangles) <= most
+        if fewer and not best[0].excess and not best[0].poor:
+            return best
+        best = refine_and_optimise(triangulation, tracks, h, gradient, options)
+    number = len(best[0].triangulation.triangles)
     if best[0].excess or number <= most:
         return best
     first = Crowd.of(best[0].triangulation, options)
