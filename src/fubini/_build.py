@@ -89,8 +89,17 @@ class _Part(JITCodeLibrary):
 
     codegen = _NoEnvironment()
 
-    def _optimize_functions(self, ll_module: Any) -> None:
-        pass
+    def add_ir_module(self, ir_module: Any) -> None:
+        """As numba, at once in the form that others link: functions may be there again, and go where not called."""
+        for function in ir_module.functions:
+            if function.blocks and not function.linkage:
+                function.linkage = "linkonce_odr"
+        super().add_ir_module(ir_module)
+        self._shared_module = self._final_module
+
+    def add_llvm_module(self, ll_module: Any) -> None:
+        """The code of one function is the whole module."""
+        self._final_module = ll_module
 
     def finalize(self) -> None:
         """As numba, but what this code calls is left to the whole to link, once."""

@@ -11,23 +11,48 @@ negative ones, which numba counts from the end after a test of every index, are 
 from __future__ import annotations
 
 import operator
+from collections import defaultdict
 from collections.abc import Callable
 from functools import partial
 from types import BuiltinFunctionType
 from typing import Any
 
-from numba.core import types
+from numba.core import ssa, types
+from numba.core.analysis import compute_cfg_from_blocks
 from numba.core.compiler import Compiler, Flags
 from numba.core.compiler_machinery import PassManager, _pass_registry, register_pass
 from numba.core.ir_utils import build_definitions, check_and_legalize_ir
 from numba.core.lowering import Lower
-from numba.core.ssa import reconstruct_ssa
 from numba.core.transforms import canonicalize_cfg
 from numba.core.typed_passes import NativeLowering, NoPythonBackend, PreLowerStripPhis
 from numba.core.untyped_passes import FixupArgs, ReconstructSSA, TranslateByteCode
 
 from fubini._inference import KernelTypes
 from fubini._lowering import KernelLower, resolved
+
+
+def _single_assignments(blocks: dict[int, Any]) -> dict[int, Any]:
+    """numba's ``_run_ssa``: it goes through all blocks for each name, this through those that assign or ask for it."""
+    flow = compute_cfg_from_blocks(blocks)
+    fronts, names = ssa._iterated_domfronts(flow), ssa._find_defs_violators(blocks, flow)
+    variables = ssa._CacheListVars()
+    places: dict[str, set[int]] = {name: set() for name in names}
+    for label, block in blocks.items():
+        for statement in block.body:
+            for variable in statement.list_vars():
+                if variable.name in places:
+                    places[variable.name].add(label)
+    for name in names:
+        states = {**ssa._make_states(blocks), "varname": name, "defmap": defaultdict(list)}
+        part = {label: block for label, block in blocks.items() if label in places[name]}
+        part = ssa._run_block_rewrite(part, states, ssa._FreshVarHandler())
+        joins = ssa._compute_phi_locations(fronts, states["defmap"])
+        states |= {"phimap": defaultdict(list), "cfg": flow, "phi_locations": joins}
+        part = ssa._run_block_rewrite(part, states, ssa._FixSSAVars(variables))
+        blocks = {label: part.get(label, block) for label, block in blocks.items()}
+        for label, joined in states["phimap"].items():
+            blocks[label].body = joined + blocks[label].body
+    return blocks
 
 
 @register_pass(mutates_CFG=True, analysis_only=False)
@@ -40,7 +65,7 @@ class _SingleAssignment(ReconstructSSA):
         """As numba."""
         state.func_ir.blocks = canonicalize_cfg(state.func_ir.blocks)
         state.func_ir.generator_info = None
-        state.func_ir = reconstruct_ssa(state.func_ir)
+        state.func_ir.blocks = _single_assignments(state.func_ir.blocks)
         state.func_ir._definitions = build_definitions(state.func_ir.blocks)
         return True
 

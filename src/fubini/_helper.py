@@ -5,6 +5,7 @@ Kernels are compiled for the types that they are called with, so most are called
 
 from __future__ import annotations
 
+import gc
 import os
 from typing import Any
 
@@ -90,4 +91,5 @@ def compile_all() -> None:
 def main(path: str) -> None:
     """Compile for the package whose file ``_turns`` this is; nothing where another one was found."""
     if os.path.samefile(path, _turns.__file__):
+        gc.disable()  # this process ends before its garbage matters
         compile_all()

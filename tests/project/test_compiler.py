@@ -11,7 +11,7 @@ import pytest
 from llvmlite import ir
 
 from fubini._builder import Builder, sweep
-from fubini._compiler import _Flags, _Lookups
+from fubini._compiler import _Flags, _Lookups, _single_assignments
 from fubini._inference import _Network, _Variables
 from fubini._jit import inner, kernel
 
@@ -221,6 +221,21 @@ def test_parts_of_values_are_those_put_in_and_what_nothing_uses_goes():
     assert not {"alloca", "store", "insertvalue"} & set(names)
     assert names.index("extractvalue") == names.index("load") + 1
     llvmlite.binding.parse_assembly(str(module)).verify()
+
+
+def code_of(function, assign):
+    """numba's code of a function with each name assigned once, as text."""
+    code = numba.core.compiler.run_frontend(function)
+    code.blocks = assign(numba.core.transforms.canonicalize_cfg(code.blocks))
+    return {label: [str(statement) for statement in block.body] for label, block in code.blocks.items()}
+
+
+@pytest.mark.parametrize("function", [loops, counted, arrays, numbers])
+def test_names_are_assigned_once_as_numba_does(function):
+    found = code_of(function, _single_assignments)
+    assert found == code_of(function, numba.core.ssa._run_ssa)
+    plain = code_of(function, lambda blocks: blocks)
+    assert (found != plain) == (function in (loops, counted))
 
 
 def widening(n):
