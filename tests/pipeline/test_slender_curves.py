@@ -10,6 +10,7 @@ import pytest
 import fubini
 from fubini.curves import Bezier, BSpline, EllipticalArc, Line
 from fubini.region import Loop, Region
+from random_regions import random_region
 from regions import chain, model_of
 
 
@@ -53,3 +54,10 @@ def test_heavy_and_light_weights(power):
     weights = 10.0 ** (power * np.array([0, 1, -1, 1, 0, -1, 1, -1, 0]))
     spline = BSpline(3, [0, 0, 0, 0, 1, 2, 3, 4, 5, 6, 6, 6, 6], poles, weights)
     certified(Region(Loop((spline,))), 0.3, most=4000)
+
+
+def test_arcs_that_are_all_but_straight_keep_a_chord_tolerance():
+    # radius 1e5: rounded, the arc misses its ends by far more than the grain, which is no bend
+    region = random_region(23)
+    mesh = fubini.mesh(model_of(region), region.diagonal / 8.0, chord_tolerance=1e-4 * region.diagonal)
+    assert mesh.certificate.certified

@@ -209,9 +209,13 @@ def halve_coarse(kinds, offsets, data, track, turn, blur, n, t, s, x, y, coarse)
                 s[to + 1] = math.hypot(px - x[i], py - y[i])
                 t[to], s[to], x[to], y[to] = at, math.hypot(px - x[i - 1], py - y[i - 1]), px, py
                 to -= 1
-        n += count
-        for i in range(1, n):
-            s[i] += s[i - 1]
+        last = 0
+        for i in range(1, n + count):  # samples that do not get ahead are left out, but for the end
+            if s[i] > 0.0 and s[last] + s[i] > s[last]:
+                last += 1
+                t[last], s[last], x[last], y[last] = t[i], s[last - 1] + s[i], x[i], y[i]
+        t[last] = t[n + count - 1]
+        n = last + 1
     return n
 
 
@@ -250,9 +254,10 @@ def sample_tracks(kinds, offsets, data, which, turn, blur, most, pieces, dense, 
         else:
             m = walk(kinds, offsets, data, which[e], count[e], blur, along, far, x, y)
             if kinds[which[e]] != 0:
-                m = halve_coarse(
-                    kinds, offsets, data, which[e], CLOSE * turn, blur, m, along, far, x, y, coarse
-                )  # fmt: skip
+                if kinds[which[e]] != 1 or circle_radius(data, o) == 0.0:  # circles turn evenly, whatever ends they get
+                    m = halve_coarse(
+                        kinds, offsets, data, which[e], CLOSE * turn, blur, m, along, far, x, y, coarse
+                    )  # fmt: skip
                 turning_sizes(x, y, far[:m], turn, blur, angle, size)
             room += max(0, m - count[e])
             if room > t.shape[0]:
