@@ -19,6 +19,8 @@ ROUNDS = 10
 #: four of 8: counting takes as long as sorting then.
 DIGIT, SMALL_DIGIT, FEW = 11, 8, 2048
 INDEX_BITS = 31
+#: Factor that mixes bits, and 32 of them.
+MIX, WORD = 0x45D9F3B, 2**32 - 1
 
 
 @inner
@@ -38,10 +40,14 @@ def hilbert_key(x, y):
 
 @inner
 def insertion_round(index):
-    """Round of a point, 0 to ROUNDS - 1, from the bits of its index, well mixed (as in Steele's SplitMix64)."""
-    bits = index * 0x1E3779B97F4A7C15
-    bits = (bits ^ (bits >> 30)) * 0x3F58476D1CE4E5B9
-    bits ^= bits >> 27
+    """Round of a point, 0 to ROUNDS - 1, from the bits of its index, well mixed.
+
+    As in Mueller's hash of 32 bits: no product leaves the 63 bits, beyond which compilers may do as they like.
+    """
+    bits = index
+    for _ in range(2):
+        bits = ((bits ^ (bits >> 16)) * MIX) & WORD
+    bits ^= bits >> 16
     turn = ROUNDS - 1
     while turn > 0 and bits & 3 == 0:
         bits >>= 2
