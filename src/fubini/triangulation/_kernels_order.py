@@ -19,8 +19,9 @@ ROUNDS = 10
 #: four of 8: counting takes as long as sorting then.
 DIGIT, SMALL_DIGIT, FEW = 11, 8, 2048
 INDEX_BITS = 31
-#: Factor that mixes bits, and 32 of them.
-MIX, WORD = 0x45D9F3B, 2**32 - 1
+#: Factors and shifts that mix bits; the two lowest bits.
+FIRST, SECOND = np.uint64(0x1E3779B97F4A7C15), np.uint64(0x3F58476D1CE4E5B9)
+HALF, SHORT, TWO, LOWEST, NONE = np.uint64(30), np.uint64(27), np.uint64(2), np.uint64(3), np.uint64(0)
 
 
 @inner
@@ -40,17 +41,16 @@ def hilbert_key(x, y):
 
 @inner
 def insertion_round(index):
-    """Round of a point, 0 to ROUNDS - 1, from the bits of its index, well mixed.
+    """Round of a point, 0 to ROUNDS - 1, from the bits of its index, well mixed (as in Steele's SplitMix64).
 
-    As in Mueller's hash of 32 bits: no product leaves the 63 bits, beyond which compilers may do as they like.
+    In integers without a sign: where products of others leave their range, compilers may do as they like.
     """
-    bits = index
-    for _ in range(2):
-        bits = ((bits ^ (bits >> 16)) * MIX) & WORD
-    bits ^= bits >> 16
+    bits = np.uint64(index) * FIRST
+    bits = (bits ^ (bits >> HALF)) * SECOND
+    bits ^= bits >> SHORT
     turn = ROUNDS - 1
-    while turn > 0 and bits & 3 == 0:
-        bits >>= 2
+    while turn > 0 and bits & LOWEST == NONE:
+        bits >>= TWO
         turn -= 1
     return turn
 
