@@ -182,13 +182,18 @@ def excess_of(mesh: Triangulation, outside: Float, size: Float, limit: float) ->
     return float((share * np.where(over > 0.0, over**2 + EACH, 0.0)).sum())
 
 
+def sizes_beyond(pocket: Pocket, size: Float, flawed: NDArray[np.bool_]) -> Float:
+    """Sizes (k,) beyond the boundary segments of a pocket for ``excess_of``, by those of all triangles of the mesh."""
+    beyond = np.maximum(pocket.outside, 0)
+    return np.where((pocket.outside >= 0) & ~flawed[beyond], size[beyond], np.nan)
+
+
 def _best_trial(
     pocket: Pocket, tracks: Tracks, pair: tuple[int, int], uneven: Uneven, options: OptimiseOptions
 ) -> Trial | None:
     """The pocket around a pair meshed anew; None where no trial is good enough."""
     size = uneven.size
-    beyond = np.maximum(pocket.outside, 0)
-    outside = np.where((pocket.outside >= 0) & ~uneven.flawed[beyond], size[beyond], np.nan)
+    outside = sizes_beyond(pocket, size, uneven.flawed)
     _, shapes, lengths = figures_of(pocket.triangulation.points, pocket.triangulation.triangles)
     worst, longest = max(float(shapes.max()), least_kept(options)), LONGER * float(lengths.max())
     least = LESS * excess_of(pocket.triangulation, outside, size[pocket.rows], options.growth)

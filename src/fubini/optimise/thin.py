@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import functools
+import itertools
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fubini.optimise._kernels_refine import MANY, most_of
-from fubini.optimise.levels import excess_of, figures_of, flawed_shape
+from fubini.optimise.levels import excess_of, figures_of, flawed_shape, sizes_beyond
 from fubini.optimise.loop import improved, refine_and_optimise
 from fubini.optimise.options import LONGEST, OptimiseOptions, OptimiseOutcome
 from fubini.optimise.pocket import Pocket
@@ -23,6 +26,8 @@ from fubini.triangulation.value import Triangulation
 Float = NDArray[np.float64]
 #: See ``most_triangles``.
 Room = tuple[int, float] | None
+#: What ``refine_and_optimise`` returns.
+Refined = tuple[OptimiseOutcome, tuple[int, float]]
 
 #: A face that has more after all is refined again: points stop at these shares of what it may have, one after the
 #: other.
@@ -57,30 +62,33 @@ def refine_within(
     gradient: float,
     options: OptimiseOptions,
     core: Room = (0, 0.0),
-) -> tuple[OptimiseOutcome, tuple[int, float]]:
+) -> Refined:
     """``refine_and_optimise``, with nodes taken out or fewer points where that makes more than ``most_triangles``.
 
     What comes of either counts where nothing of it is flawed or poor. Where neither does, points may be as many as they
     were, and with fewer of them an outcome counts only where none of its triangles is worse than the worst then, or
     than is fair, and the mean is hardly worse.
     """
-    best = refine_and_optimise(triangulation, tracks, h, gradient, options, core=core)
+
+    def refined(**limits: Any) -> Refined:
+        return refine_and_optimise(triangulation, tracks, h, gradient, options, **limits)
+
+    best = refined(core=core)
     most = most_triangles(best[0], core)
+    fewer: Iterator[Refined] = (refined(enough=int(share * most)) for share in ENOUGH)  # made when asked for
     if best[0].thinned:
-        if not best[0].excess and not best[0].poor:
+        if _is_good(best[0], math.inf):
             return best
-        best = refine_and_optimise(triangulation, tracks, h, gradient, options, enough=int(ENOUGH[0] * most))
-        fewer = len(best[0].triangulation.triangles) <= most
-        if fewer and not best[0].excess and not best[0].poor:
-            return best
-        best = refine_and_optimise(triangulation, tracks, h, gradient, options)
+        found = next(fewer)
+        if _is_good(found[0], most):
+            return found
+        best, fewer = refined(), itertools.chain([found], fewer)
     number = len(best[0].triangulation.triangles)
     if best[0].excess or number <= most:
         return best
     first = Crowd.of(best[0].triangulation, options)
     worst = max(first.worst, _shape(FAIR_SKEW))
-    for share in ENOUGH:
-        found = refine_and_optimise(triangulation, tracks, h, gradient, options, enough=int(share * most))
+    for found in fewer:
         crowd = Crowd.of(found[0].triangulation, options)
         good = not found[0].excess and crowd.worst <= worst and crowd.mean >= first.mean - FALL
         if good and len(crowd.shapes) < number:
@@ -88,6 +96,11 @@ def refine_within(
         if number <= most:
             break
     return best
+
+
+def _is_good(outcome: OptimiseOutcome, most: float) -> bool:
+    """Whether an outcome has nothing flawed or poor, and no more triangles than ``most``."""
+    return not outcome.excess and not outcome.poor and len(outcome.triangulation.triangles) <= most
 
 
 def thinned(outcome: OptimiseOutcome, size: float, options: OptimiseOptions, core: Room = (0, 0.0)) -> OptimiseOutcome:
@@ -168,8 +181,7 @@ class Crowd:
         fewer = len(new.triangles) < len(pocket.rows)
         if not fewer or shape_now.max() > worst or length_now.max() > size * min(asked.growth, LONGEST):
             return None
-        beyond = np.maximum(pocket.outside, 0)
-        outside = np.where((pocket.outside >= 0) & ~self.flawed[beyond], self.sizes[beyond], np.nan)
+        outside = sizes_beyond(pocket, self.sizes, self.flawed)
         return None if excess_of(new, outside, size_now, asked.growth) > 0.0 else pocket.put_back(new)
 
     @functools.cached_property
