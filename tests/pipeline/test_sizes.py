@@ -138,7 +138,7 @@ def test_neighbours_stay_within_the_growth_limit(make, size, options, growth):
 
 
 NARROW = [
-    *((regions.random_polygon(seed), (10, 30, 60)[seed % 3]) for seed in (5006, 5014, 5025, 5039)),
+    *((regions.random_polygon(seed), (10, 30, 60)[seed % 3]) for seed in (5006, 5014, 5025, 5039, 5052, 5091, 6010)),
     *((random_regions.random_region(seed), (10, 25, 50, 15)[seed % 4]) for seed in (5003, 5006, 5018, 5035)),
 ]
 

@@ -174,15 +174,16 @@ def test_a_strip_is_walked_along(make, share, walked):
     if make is regions.gear:
         ends = set(segments[outer:].ravel()) | set(patch.hanging.ravel())
         assert (len(patch.hanging) > 0, len(ends) < len(patch.nodes)) == (share < 0.05, share < 0.05)
-    some, _, left = between(points, segments, fixed, outer, patch.hanging)
+    some, _, left, hanging = between(points, segments, fixed, outer, patch.hanging)
     assert walked == ("nothing" if not len(some) else "part" if len(left) else "all")
     if walked == "part":
-        assert 0.2 * len(segments) < len(left) < 0.8 * len(segments)
-        assert (left >= len(segments)).any()  # edges with a side on either part
+        assert 0 < len(left) < 0.2 * len(segments)  # the walk goes on behind the narrow places
+        assert np.array_equal(hanging[: len(patch.hanging)], patch.hanging)
+        assert (left >= len(segments) + len(patch.hanging)).any()  # where a piece ends
     found = triangulate(points, segments, fixed, outer, patch.hanging, *NO_PATCH)
     if walked == "part":
-        found = completed(points, segments, fixed, patch.hanging, *found)
-    triangles, neighbours, *_, status, rest = found
+        found = completed(points, segments, fixed, *found)
+    triangles, neighbours, *_, status, rest, _ = found
     assert status == 0 and not len(rest)
     whole = triangulate_all(points, segments, fixed)[0]
     assert {sorted_corners(t) for t in triangles} == {sorted_corners(t) for t in whole}
@@ -191,6 +192,18 @@ def test_a_strip_is_walked_along(make, share, walked):
         assert validate(Triangulation(points, triangles, neighbours, boundary), delaunay=True) == ()
     backwards = np.concatenate([boundary.segments[:outer, ::-1], segments[outer:]])
     assert not len(between(points, backwards, fixed, outer, patch.hanging)[0])
+
+
+@pytest.mark.parametrize("seed", range(24))
+def test_pieces_of_a_strip_overlap_nothing(seed):
+    """Polygons whose parts are narrow: pieces, and what is left, make a valid triangulation with all that is asked."""
+    region = regions.random_polygon(seed)
+    size = 0.02 * region.diagonal
+    boundary, _, _ = regions.discretise(region, size)
+    lattice = lattice_with_core(boundary, size, 0.35, (0.2, 0.4), NO_CORE)
+    points = np.concatenate([boundary.points, lattice.points])
+    found = delaunay_around(points, boundary, boundary, lattice.patch)
+    assert validate(found, delaunay=True) == () and not len(found.unrecovered)
 
 
 def sorted_corners(triangle: np.ndarray) -> tuple[int, ...]:

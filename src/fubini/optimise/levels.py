@@ -25,6 +25,8 @@ PAIRS, PAIR_EACH, PATIENCE = 20, 100, 4
 RINGS = 4
 #: A trial must lessen the excess to this share of what it was; a pair over the limit counts so much by itself.
 LESS, EACH = 0.8, 0.01
+#: The worst shape of a trial may be that of before times this: its corners come in another order.
+ROUNDING = 1.0 + 1e-12
 #: Edges of a trial may be longer than those before by this factor.
 LONGER = 1.1
 #: Nodes on free curves slide by these shares of their segments.
@@ -195,7 +197,7 @@ def _best_trial(
     size = uneven.size
     outside = sizes_beyond(pocket, size, uneven.flawed)
     _, shapes, lengths = figures_of(pocket.triangulation.points, pocket.triangulation.triangles)
-    worst, longest = max(float(shapes.max()), least_kept(options)), LONGER * float(lengths.max())
+    worst, longest = ROUNDING * max(float(shapes.max()), least_kept(options)), LONGER * float(lengths.max())
     least = LESS * excess_of(pocket.triangulation, outside, size[pocket.rows], options.growth)
     best: Trial | None = None
     for start, slid in _starts(pocket, tracks, pair):

@@ -300,19 +300,19 @@ def triangulated(points, segments, fixed, outer, hanging):
     Of the segments those from ``outer`` on are the rim of a patch, whose nodes come from ``fixed`` on; hanging (h, 2) :
     edges between these that are at least as good as any to begin with, both ways, one behind the other.
     Returns triangles (m, 3), neighbours (m, 3), dropped (d,) indices from ``fixed`` on of points left out,
-    unrecovered (u,) segments that are no edges, a status: 0 or bits named above; and left (r,): where it is not empty
-    the triangles are a part of the whole, see ``between``.
+    unrecovered (u,) segments that are no edges, a status: 0 or bits named above; left (r,): where it is not empty
+    the triangles are a part of the whole, see ``between``; and the edges hanging that it refers to.
     """
     none, nothing = np.empty((0, 3), np.int32), np.empty(0, np.int32)
     status = refusal(points, segments)
     if status:
-        return none, none, nothing, nothing, status, nothing
+        return none, none, nothing, nothing, status, nothing, hanging
     if outer < segments.shape[0]:
-        out, across, left = between(points, segments, fixed, outer, hanging)
+        out, across, left, ends = between(points, segments, fixed, outer, hanging)
         if out.shape[0] > 0:
-            return out, across, nothing, nothing, 0, left
+            return out, across, nothing, nothing, 0, left, ends
     out, across, dropped, lost, status = enclosed(points, segments, fixed)
-    return out, across, dropped, lost, status, nothing
+    return out, across, dropped, lost, status, nothing, hanging
 
 
 @kernel(allocates=True)
@@ -346,8 +346,8 @@ def triangulate(points, segments, fixed, outer, hanging, nodes, patch, beside, h
     """``triangulated``, and glued to the patch of these ``nodes``, if there are any, unless it says that something is
     wrong or missing: see ``glue``.
     """
-    out, across, dropped, lost, status, left = triangulated(points, segments, fixed, outer, hanging)
+    out, across, dropped, lost, status, left, ends = triangulated(points, segments, fixed, outer, hanging)
     sound = status == 0 and dropped.shape[0] == 0 and lost.shape[0] == 0 and left.shape[0] == 0
     if nodes.shape[0] > 0 and sound:
         out, across = glue(out, across, nodes, fixed, outer, patch, beside, half_edges)
-    return out, across, dropped, lost, status, left
+    return out, across, dropped, lost, status, left, ends

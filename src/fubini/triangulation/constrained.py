@@ -45,7 +45,7 @@ def constrained_delaunay(points: ArrayLike, boundary: Boundary) -> Triangulation
     if xy.ndim != 2 or xy.shape[1:] != (2,) or len(xy) < max(fixed, 3):
         raise OptionError(f"points must be (n, 2) with n >= {max(fixed, 3)}, not {xy.shape}")
     segments = np.array(boundary.segments, np.int32, order="C")
-    triangles, neighbours, dropped, unrecovered, status, _ = triangulate_all(xy, segments, fixed)
+    triangles, neighbours, dropped, unrecovered, status, *_ = triangulate_all(xy, segments, fixed)
     if status & NOT_FINITE:
         raise OptionError("points must be finite")
     if status & NOT_A_POINT:
@@ -74,10 +74,10 @@ def delaunay_around(points: NDArray[np.float64], boundary: Boundary, outer: Boun
     fixed, k = len(outer.points), len(outer.segments)
     known = patch.nodes, patch.triangles, patch.neighbours, patch.open
     found = triangulate(patch.points, patch.segments, fixed, k, patch.hanging, *known)
-    triangles, neighbours, dropped, unrecovered, status, left = found
+    triangles, neighbours, dropped, unrecovered, status, left, _ = found
     if len(left):
-        found = completed(patch.points, patch.segments, fixed, patch.hanging, *found)
-        triangles, neighbours, dropped, unrecovered, status, _ = found
+        found = completed(patch.points, patch.segments, fixed, *found)
+        triangles, neighbours, dropped, unrecovered, status, *_ = found
     if status or len(dropped) or len(unrecovered):
         return constrained_delaunay(points, boundary)
     if len(left):
@@ -94,18 +94,17 @@ def completed(
     points: NDArray[np.float64],
     segments: NDArray[np.int32],
     fixed: int,
-    hanging: NDArray[np.int32],
     sewn: NDArray[np.int32],
     beside: NDArray[np.int32],
     *others: Any,
 ) -> Any:
     """``triangulated`` of a strip of which a part was sewn: what is left by itself, or all of it where that fails."""
-    *_, left = others
+    *_, left, hanging = others
     nodes, some, ends, first = cut_out(points, segments, fixed, hanging, sewn, left)
-    more, across, dropped, lost, status, _ = triangulate_all(some, ends, first)
+    more, across, dropped, lost, status, *_ = triangulate_all(some, ends, first)
     if status == 0 and not len(lost):
         rows = len(segments), len(hanging)
         triangles, neighbours = fit_in(points, fixed, *rows, sewn, beside, left, nodes, more, across, dropped)
         if len(triangles):
-            return triangles, neighbours, *others[:-1], left[:0]
+            return triangles, neighbours, *others[:-2], left[:0], hanging
     return triangulate_all(points, segments, fixed)
