@@ -83,7 +83,7 @@ def _begin(folder: Path) -> None:
     if ALONE in os.environ:
         return
     if sys.stderr is not None and not any(folder.glob("*.nbi")):
-        sys.stderr.write("fubini: first run, compiling for about 20 seconds, once\n")
+        sys.stderr.write("fubini: first run, compiling for about 15 seconds, once\n")
         sys.stderr.flush()
     if cores() < 2 or not Path(sys.executable).name.lower().startswith("python"):
         return

@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fubini.curves.kinks import WHOLE
+from fubini.region.pieces import Stretches, along_edge, cut_curve, cut_region
 
 if TYPE_CHECKING:
     from fubini.model import Edge, Face
-    from fubini.region.pieces import Stretches
 
 Float = NDArray[np.float64]
 Int = NDArray[np.int64]
@@ -87,8 +87,6 @@ def _find_cuts(faces: Sequence[Face]) -> dict[int, Stretches]:
     for face in faces:
         if all(c.stretches == WHOLE for c in face.region.curves) and all(c.stretches == WHOLE for c, _ in face.inner):
             continue
-        from fubini.region.pieces import along_edge
-
         uses = [use for loop in face.region.loops for use in zip(loop.curves, loop.edges, loop.forward, strict=True)]
         for curve, edge, forward in (*uses, *((c, e, True) for c, e in face.inner)):
             if curve.stretches != WHOLE:
@@ -98,8 +96,6 @@ def _find_cuts(faces: Sequence[Face]) -> dict[int, Stretches]:
 
 def _cut(face: Face, cuts: Mapping[int, Stretches], keys: Mapping[int, Sequence[int]]) -> Face:
     """The face with its edges in pieces, which go by their keys."""
-    from fubini.region.pieces import cut_curve, cut_region
-
     inner = [
         piece
         for curve, edge in face.inner

@@ -13,9 +13,9 @@ import regions
 from fubini._jit import kernel
 from fubini.optimise import OptimiseOptions, refine_within, thinned
 from fubini.optimise._kernels_thin import thin
-from fubini.optimise._kernels_words import state_of
+from fubini.optimise._kernels_words import state_of, work_of
 from fubini.optimise.loop import refine_and_optimise
-from fubini.optimise.state import build_state, read_state
+from fubini.optimise.state import ROOMS, build_state, read_state, scratch_space
 from fubini.quality import areas, growth_rates, skewness, squared_lengths
 from fubini.triangulation.constrained import constrained_delaunay
 from fubini.triangulation.validate import validate
@@ -107,18 +107,33 @@ def test_room_is_told_where_one_size_is_wanted():
     assert refine_and_optimise(start, tracks, 0.8, 0.5, ASKED, np.full(len(start.points), 0.5))[0].room == 0
 
 
-def test_a_face_is_refined_again_with_fewer_points_where_these_do():
+def test_nodes_stay_where_taking_them_out_leaves_poor_triangles():
     made, tracks = boundary(SLOT, 0.8)
     start = constrained_delaunay(made.points, made)
     first, even = refine_and_optimise(start, tracks, 0.8, 0.5, ASKED)
     number = len(first.triangulation.triangles)
-    same, also = refine_within(start, tracks, 0.8, 0.5, ASKED, (0, float(number)))
+
+    def core(fewer):
+        """A core with too many triangles: it leaves so many less for what lies around it."""
+        return 1000, 1000.0 / 1.095 + (number - fewer) / 1.095 - first.room
+
+    few, _ = refine_within(start, tracks, 0.8, 0.5, ASKED, core(4))
+    assert len(few.triangulation.triangles) < number and few.thinned and not few.poor
+    forced, _ = refine_and_optimise(start, tracks, 0.8, 0.5, ASKED, core=core(150))
+    assert forced.thinned and (forced.poor or forced.excess)
+    same, also = refine_within(start, tracks, 0.8, 0.5, ASKED, core(150))
     assert same.triangulation.points.tobytes() == first.triangulation.points.tobytes() and also == even
-    # a core with too many triangles leaves less for what lies around it
-    core = (1000, 1000.0 / 1.095 + (number - 4) / 1.095 - first.room)
-    fewer, _ = refine_within(start, tracks, 0.8, 0.5, ASKED, core)
-    assert len(fewer.triangulation.triangles) < number
-    assert skew(fewer.triangulation).min() >= min(60.0, skew(first.triangulation).min()) - 1e-9
+
+
+def test_nodes_are_taken_out_where_arrays_had_to_grow():
+    made, tracks = boundary(SLOT, 0.1)
+    start = constrained_delaunay(made.points, made)
+    first, _ = refine_and_optimise(start, tracks, 0.1, 0.5, ASKED)
+    number = len(first.triangulation.triangles)
+    assert number > 2 * ROOMS[0]
+    core = (20000, 20000.0 / 1.095 + (number - 100) / 1.095 - first.room)
+    fewer, _ = refine_and_optimise(start, tracks, 0.1, 0.5, ASKED, core=core)
+    assert fewer.thinned and len(fewer.triangulation.triangles) < number
 
 
 def test_nodes_are_taken_out_before_smoothing_where_there_is_less_room():
@@ -148,8 +163,8 @@ def state_of_points(number, seed):
 
 
 @kernel
-def thinned_to(S, most):
-    return thin(state_of(S), most)
+def thinned_to(S, W, most):
+    return thin(state_of(S), work_of(W), most)
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -157,7 +172,7 @@ def test_nodes_taken_out_leave_a_delaunay_triangulation_of_the_others(seed):
     """Down to a third of the triangles, and then as far as it goes: to the triangulation of the boundary alone."""
     start, state = state_of_points(120, seed)
     for most in (len(start.triangles) // 3, 0):
-        taken = thinned_to(state.words, most)
+        taken = thinned_to(state.words, scratch_space().words, most)
         left = read_state(state, start).mesh
         assert taken > 0
         assert validate(left, delaunay=True) == ()
@@ -172,7 +187,7 @@ def test_the_node_with_least_room_goes_first():
     start, state = state_of_points(60, 7)
     first = len(start.boundary.points)
     room = np.bincount(start.triangles.ravel(), np.repeat(areas(start.points[start.triangles]), 3))
-    assert thinned_to(state.words, len(start.triangles) - 2) == 1
+    assert thinned_to(state.words, scratch_space().words, len(start.triangles) - 2) == 1
     left = {tuple(p) for p in read_state(state, start).mesh.points}
     gone = [v for v in range(len(start.points)) if tuple(start.points[v]) not in left]
     assert gone == [first + int(np.argmin(room[first:]))]

@@ -30,6 +30,7 @@ from fubini.optimise._kernels_state import (
     TRIANGLES,
 )
 from fubini.tracks._kernels import evaluate_one
+from fubini.triangulation._kernels_topology import around
 
 
 @inner
@@ -47,38 +48,19 @@ def star(S, W, v):
     Returns (k, closed): k triangles; the ring has k nodes, k + 1 where v lies on the boundary.
     k = -1 when there are too many. Only for nodes that the boundary passes at most once.
     """
-    t = int(S.tri_of[v])
-    first = t
-    closed = True
+    first = t = int(S.tri_of[v])
     steps = 0
     while True:
         steps += 1
         u = int(S.nbr[t, (local(S, t, v) + 2) % 3])
         if u < 0:
-            closed = False
             break
         t = u
         if t == first:
             break
         if steps > 4 * LIMIT:
-            return -1, closed
-    first = t
-    k = 0
-    while True:
-        if k >= LIMIT - 4:
-            return -1, closed
-        i = local(S, t, v)
-        W.fan[k] = t
-        W.ring[k] = S.tri[t, (i + 1) % 3]
-        k += 1
-        u = int(S.nbr[t, (i + 1) % 3])
-        if u < 0:
-            W.ring[k] = S.tri[t, (i + 2) % 3]
-            break
-        t = u
-        if t == first:
-            break
-    return k, closed
+            return -1, True
+    return around(S.tri, S.nbr, t, v, LIMIT - 4, W.fan, W.ring)
 
 
 @inner

@@ -26,7 +26,7 @@ import numpy as np
 from fubini._jit import inner
 from fubini.optimise._kernels_cavity import new_node
 from fubini.optimise._kernels_state import NODES, TRIANGLES
-from fubini.triangulation._kernels_topology import flip, replace_neighbour
+from fubini.triangulation._kernels_topology import around, flip, replace_neighbour
 
 ROOT3 = math.sqrt(3.0)
 THIRD, TURN = math.pi / 3.0, 2.0 * math.pi
@@ -146,21 +146,13 @@ def after(S, t, v):
 @inner
 def load_star(S, W, t, c, v):
     """Triangles around interior node c, beginning with (c, v, .), into W.fan, what lies opposite to their left sides
-    into W.ring; their number, or 0 where there are too many. t : any triangle of c.
+    into W.ring; their number, or -1 where there are too many. t : any triangle of c.
     """
     k = 0
     while S.tri[t, after(S, t, c)] != v and k < W.fan.shape[0]:
         t = int(S.nbr[t, after(S, t, c)])
         k += 1
-    first, k = t, 0
-    while k < W.fan.shape[0]:
-        i = after(S, t, c)
-        W.fan[k], W.ring[k] = t, S.tri[t, i]
-        k += 1
-        t = int(S.nbr[t, i])
-        if t == first:
-            return k
-    return 0
+    return around(S.tri, S.nbr, t, c, W.fan.shape[0], W.fan, W.ring)[0]
 
 
 @inner

@@ -11,6 +11,7 @@ import math
 import numpy as np
 
 from fubini._jit import inner
+from fubini.triangulation._kernels_topology import around
 
 #: share of the limit from which on pairs count, so that they keep a distance from it
 FROM = 0.97
@@ -26,43 +27,50 @@ X, Y, SQUARE, LENGTH, BEYOND, OWN = range(6)
 
 
 @inner
+def squares(points, a, b, c):
+    """Squared lengths of the edges of the triangle a, b, c, and twice its area."""
+    ux, uy = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1]
+    vx, vy = points[c, 0] - points[a, 0], points[c, 1] - points[a, 1]
+    wx, wy = ux - vx, uy - vy
+    return ux * ux + uy * uy, vx * vx + vy * vy, wx * wx + wy * wy, ux * vy - uy * vx
+
+
+@inner
+def mean_length(uu, vv, ww):
+    """Size of a triangle: the mean length of its edges, by their squares."""
+    return (math.sqrt(uu) + math.sqrt(vv) + math.sqrt(ww)) / 3.0
+
+
+@inner
 def survey(points, tri, size):
     """Sizes of all triangles into size (m,); the square of the longest edge."""
     longest = 0.0
     for t in range(tri.shape[0]):
-        a, b, c = tri[t, 0], tri[t, 1], tri[t, 2]
-        ux, uy = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1]
-        vx, vy = points[c, 0] - points[a, 0], points[c, 1] - points[a, 1]
-        wx, wy = ux - vx, uy - vy
-        uu, vv, ww = ux * ux + uy * uy, vx * vx + vy * vy, wx * wx + wy * wy
-        size[t] = (math.sqrt(uu) + math.sqrt(vv) + math.sqrt(ww)) / 3.0
+        uu, vv, ww, _ = squares(points, tri[t, 0], tri[t, 1], tri[t, 2])
+        size[t] = mean_length(uu, vv, ww)
         longest = max(longest, max(uu, max(vv, ww)))
     return longest
 
 
 @inner
-def load_star(points, tri, nbr, size, t, v, fan, star):
+def load_star(points, tri, nbr, size, t, v, fan, ring, star):
     """The triangles around interior node v, counter-clockwise from t, into fan, and what is noted of them into star.
 
-    Their number k; star[k] repeats the first corner. 0 where there are too many.
+    Their number k, -1 where there are too many; ring and star[k] repeat the first corner.
     """
-    first, k = t, 0
-    while k < MOST:
-        i = 1 + (tri[t, 1] == v) - (tri[t, 2] == v)  # the corner after v
-        o = i - 1 if i > 0 else 2
-        a, b, u = tri[t, i], tri[t, i + 1 if i < 2 else 0], nbr[t, o]
-        x, y = points[a, 0], points[a, 1]
-        ex, ey = points[b, 0] - x, points[b, 1] - y
+    k, _ = around(tri, nbr, t, v, MOST, fan, ring)
+    if k < 0:
+        return k
+    ring[k] = ring[0]
+    for q in range(k):
+        t, x, y = fan[q], points[ring[q], 0], points[ring[q], 1]
+        ex, ey = points[ring[q + 1], 0] - x, points[ring[q + 1], 1] - y
         square = ex * ex + ey * ey
-        fan[k] = t
-        star[k, X], star[k, Y], star[k, SQUARE], star[k, LENGTH] = x, y, square, math.sqrt(square)
-        star[k, BEYOND] = size[u if u >= 0 else tri.shape[0] - 1 - u]
-        k += 1
-        t = np.int64(nbr[t, i])
-        if t == first:
-            star[k, X], star[k, Y] = star[0, X], star[0, Y]
-            return k
-    return 0
+        u = nbr[t, (tri[t, 1] == v) + 2 * (tri[t, 2] == v)]
+        star[q, X], star[q, Y], star[q, SQUARE], star[q, LENGTH] = x, y, square, math.sqrt(square)
+        star[q, BEYOND] = size[u if u >= 0 else tri.shape[0] - 1 - u]
+    star[k, X], star[k, Y] = star[0, X], star[0, Y]
+    return k
 
 
 @inner
@@ -162,16 +170,16 @@ def unchanged(nbr, fan, k, stamp, since):
 
 
 @inner
-def even_pair(points, tri, nbr, fixed, limit, good, pair, fan, star, size, stamp, failed, total):
+def even_pair(points, tri, nbr, fixed, limit, good, pair, fan, ring, star, size, stamp, failed, total):
     """``even_node`` at the six corners of a pair of triangles; the new number of moves, so far ``total``."""
     for k in range(6):
         t = pair[0] if k < 3 else pair[1]
         v = np.int64(tri[t, k if k < 3 else k - 3])
         if v < fixed:
             continue
-        number = load_star(points, tri, nbr, size, t, v, fan, star)
+        number = load_star(points, tri, nbr, size, t, v, fan, ring, star)
         since = failed[v - fixed]
-        if number == 0 or (since >= 0 and unchanged(nbr, fan, number, stamp, since)):
+        if number < 0 or (since >= 0 and unchanged(nbr, fan, number, stamp, since)):
             continue
         if even_node(points, star, number, v, FROM * limit, good):
             total += 1
@@ -213,7 +221,7 @@ def even_out(points, tri, nbr, fixed, limit, kept, outside, segments):
     """
     if kept.shape[0] == 0:
         return 0, 0, 0.0
-    fan, star = np.empty(MOST, np.int64), np.empty((MOST + 1, 6))
+    fan, ring, star = np.empty(MOST, np.int64), np.empty(MOST + 1, np.int64), np.empty((MOST + 1, 6))
     size, stamp = np.empty(tri.shape[0] + segments), np.zeros(tri.shape[0], np.int32)  # move that last changed one
     for s in range(segments):
         size[tri.shape[0] + s] = outside[s] if outside.shape[0] > 0 else 0.0
@@ -231,7 +239,7 @@ def even_out(points, tri, nbr, fixed, limit, kept, outside, segments):
                 uneven += 1
                 pair = t, max(t, np.int64(nbr[t, i]))  # the triangle alone, where the other is of another face
                 total = even_pair(
-                    points, tri, nbr, fixed, limit, kept[turn], pair, fan, star, size, stamp, failed, total
+                    points, tri, nbr, fixed, limit, kept[turn], pair, fan, ring, star, size, stamp, failed, total
                 )
         if uneven == 0:
             return total, 0, longest if total == 0 else survey(points, tri, size)

@@ -322,20 +322,17 @@ def fill_in(S, W, h, gradient, limit, everywhere, most):
 
 
 @inner
-def advance(S, W, h, gradient, limit, enough):
+def advance(S, W, h, gradient, limit):
     """Insert points from the boundary inwards until no triangle is oversize. DONE or FULL.
 
     ``S.size`` holds the sizes wanted at the nodes; interior ones are lowered to the gradient first. Where these
-    sizes differ little and triangles are few, points stop once there are as many triangles as these sizes ask for, or,
-    anywhere, once there are ``enough``, where that is not 0. A last pass takes every edge for the front, where the
-    others found no room.
+    sizes differ little and triangles are few, points stop once there are as many triangles as these sizes ask for. A
+    last pass takes every edge for the front, where the others found no room.
     """
     grade(S, h, gradient)
     wanted, uniform = room(S, h)
     steps, most = 0, MANY
-    if enough > 0:
-        steps, most = STEPS, enough
-    elif wanted < min(SMALL, EVEN * uniform):
+    if wanted < min(SMALL, EVEN * uniform):
         steps, most = STEPS, np.int64(FILLED * wanted)
     failed, loose, everywhere, end = 0, limit + steps * STEP, False, MANY
     while True:

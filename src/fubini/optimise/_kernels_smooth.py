@@ -60,10 +60,17 @@ def survey(points, tri, m, at, awake):
 
 
 @inner
-def clear(sums, number):
-    """Set so many sums to nothing."""
-    for z in range(number):
-        sums[z] = 0.0
+def forget(sums, z):
+    """Set the sums of a node to nothing."""
+    for i in range(ROW):
+        sums[z + i] = 0.0
+
+
+@inner
+def forget_all(sums, n):
+    """Set the sums of the first n nodes to nothing."""
+    for v in range(n):
+        forget(sums, ROW * v)
 
 
 @inner
@@ -85,7 +92,7 @@ def gather(S, awake, active, sums, was):
     for t in range(m):
         active[k] = t
         k += (awake[tri[t, 0]] | awake[tri[t, 1]] | awake[tri[t, 2]]) >> 1
-    clear(sums, ROW * n)
+    forget_all(sums, n)
     return k
 
 
@@ -107,13 +114,6 @@ def narrow(S, awake, active, k, was):
         active[left] = t
         left += (awake[tri[t, 0]] | awake[tri[t, 1]] | awake[tri[t, 2]]) & AWAKE
     return left
-
-
-@inner
-def forget(sums, z):
-    """Set the sums of a node to nothing."""
-    for i in range(ROW):
-        sums[z + i] = 0.0
 
 
 @inner
@@ -204,12 +204,12 @@ def sweep(S, fixed, slides, awake, active, k, rim, sums, was, lanes):
     """
     if not pull(S.points, S.tri, active, k, sums, lanes):
         repair(S, active, k, rim, was)
-        clear(sums, ROW * S.counts[NODES])
+        forget_all(sums, S.counts[NODES])
         pull(S.points, S.tri, active, k, sums, lanes)
     most = step_inside(S.points, awake, fixed, S.counts[NODES], sums, was)
     if slides:
         return max(most, step_along(S, awake, rim, sums, was))
-    clear(sums, ROW * fixed)
+    forget_all(sums, fixed)
     return most
 
 

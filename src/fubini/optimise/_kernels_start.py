@@ -19,14 +19,14 @@ ENOUGH = 0.98
 @kernel
 def start(
     S, W, tasks, points, triangles, neighbours, kind, track, t, mode, seed, size, angle, own, acute, unavoidable,
-    most, gradient, limit, enough, core, beside, rounds,
+    most, gradient, limit, core, beside, rounds,
 ):  # fmt: skip
     """Fill a state, insert points, smooth, and derive what the moves need. Status, DONE or FULL; changes by smoothing.
 
     tasks : FILL writes the triangulation into the state, with ``size`` wanted at its first nodes and ``most`` at the
-    others (see ``derive``). ADVANCE inserts points up to size ``most`` and ``limit``, and ``enough`` triangles (0 for
-    as many as ``advance`` finds right), and takes out nodes where that makes more than ``most_of`` ``core`` and
-    ``beside``; after FULL the state needs larger arrays, and all tasks but FILL are to do.
+    others (see ``derive``). ADVANCE inserts points up to size ``most`` and ``limit``, and takes out nodes where that
+    makes more than ``most_of`` ``core`` and ``beside``; after FULL the state needs larger arrays, and all tasks but
+    FILL are to do.
     SMOOTH takes that many ``rounds``. PREPARE derives sizes anew, from those that the boundary has by itself, ``own``.
     """
     S, W = state_of(S), work_of(W)
@@ -35,11 +35,11 @@ def start(
         fill(S, points, triangles, neighbours, kind, track, t, mode, seed)
         derive(S, size, angle, most, acute, unavoidable)
     if tasks & ADVANCE:
-        if advance(S, W, most, gradient, limit, enough) == FULL:
+        if advance(S, W, most, gradient, limit) == FULL:
             return FULL, moved
         fair = most_of(S.counts[ROOM], core, beside)
         if S.counts[TRIANGLES] > fair:
-            S.counts[THINNED] = thin(S, int(ENOUGH * fair))
+            S.counts[THINNED] = thin(S, W, int(ENOUGH * fair))
     if tasks & SMOOTH:
         moved = smooth(S, W, kind.shape[0], rounds)
     if tasks & PREPARE:

@@ -2,37 +2,36 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from fubini._jit import inner
 from fubini._kernels_predicates import orient
 from fubini.optimise._kernels_cavity import local
 from fubini.optimise._kernels_state import NODES, TRIANGLES
-from fubini.triangulation._kernels_topology import flip, legalise, replace_neighbour
+from fubini.triangulation._kernels_topology import INTERIOR, around, flip, legalise, replace_neighbour
 
 #: nodes that are taken out at most, and of how many triangles each
 TAKEN, AROUND = 200, 24
 
 
 @inner
-def least_room(S):
-    """The interior node whose triangles have least area together; -1 for none. Scratch: ``S.key``."""
-    area, n = S.key, S.counts[NODES]
-    for v in range(n):
-        area[v] = 0.0
-    for t in range(S.counts[TRIANGLES]):
-        a, b, c = S.tri[t, 0], S.tri[t, 1], S.tri[t, 2]
-        x, y = S.points[a, 0], S.points[a, 1]
-        twice = (S.points[b, 0] - x) * (S.points[c, 1] - y) - (S.points[b, 1] - y) * (S.points[c, 0] - x)
-        area[a] += twice
-        area[b] += twice
-        area[c] += twice
-    best, least = -1, math.inf
-    for v in range(n):
-        if S.kind[v] == 0 and area[v] < least:
-            best, least = v, area[v]
+def add_area(S, room, t, times):
+    """Add so many times the area of triangle t, doubled, to the room of its corners."""
+    a, b, c = S.tri[t, 0], S.tri[t, 1], S.tri[t, 2]
+    x, y = S.points[a, 0], S.points[a, 1]
+    area2 = (S.points[b, 0] - x) * (S.points[c, 1] - y) - (S.points[b, 1] - y) * (S.points[c, 0] - x)
+    room[a] += times * area2
+    room[b] += times * area2
+    room[c] += times * area2
+
+
+@inner
+def least_room(S, room):
+    """The interior node with least room; -1 for none."""
+    best = -1
+    for v in range(S.counts[NODES]):
+        if S.kind[v] == INTERIOR and (best < 0 or room[v] < room[best]):
+            best = v
     return best
 
 
@@ -43,30 +42,21 @@ def turn(S, p, q, r):
 
 
 @inner
-def lessen(S, v):
+def lessen(S, W, v):
     """Flip an edge of interior node v away: the triangle that v loses; -1 where it has three alone, -2 where none can.
 
     From the triangle v, a, b and the next one, v, b, d, edge v - b goes where a, b, d and a, d, v are triangles too.
+    Without a flip its triangles are in W.fan, the corners after it in W.ring.
     """
-    first = t = np.int64(S.tri_of[v])
-    found, way, k = np.int64(-1), 0, 0
-    while k < AROUND:
-        i = local(S, t, v)
-        i1 = i + 1 if i < 2 else 0
-        a, b, u = S.tri[t, i1], S.tri[t, i - 1 if i > 0 else 2], np.int64(S.nbr[t, i1])
-        d = S.tri[u, (local(S, u, v) + 2) % 3]
-        if found < 0 and turn(S, a, b, d) and turn(S, a, d, v):
-            found, way = t, i1
-        k += 1
-        t = u
-        if t == first:
-            break
-    if t != first or (k > 3 and found < 0):
-        return np.int64(-2)
+    k, _ = around(S.tri, S.nbr, np.int64(S.tri_of[v]), v, AROUND, W.fan, W.ring)
     if k == 3:
         return np.int64(-1)
-    u = flip(S.tri, S.nbr, S.tri_of, found, way)
-    return u if S.tri[u, 0] != v and S.tri[u, 1] != v and S.tri[u, 2] != v else found
+    for q in range(k):
+        t, a, b, d = W.fan[q], W.ring[q], W.ring[(q + 1) % k], W.ring[(q + 2) % k]
+        if turn(S, a, b, d) and turn(S, a, d, v):
+            flip(S.tri, S.nbr, S.tri_of, t, local(S, t, a))
+            return t
+    return np.int64(-2)
 
 
 @inner
@@ -94,57 +84,78 @@ def move_node(S, v, to):
 
 
 @inner
-def take_out(S, v):
-    """Take interior node v out and make edges Delaunay again; whether that was possible.
+def join_three(S, W, v):
+    """Make one of the three triangles W.fan around node v: the first of them, with the corners W.ring."""
+    t, after, before = W.fan[0], W.fan[1], W.fan[2]
+    a, b, d = W.ring[0], W.ring[1], W.ring[2]
+    i = local(S, t, v)
+    # opposite to a comes the edge b, d; opposite to b the edge d, a
+    b_d, d_a = np.int64(S.nbr[after, local(S, after, v)]), np.int64(S.nbr[before, local(S, before, v)])
+    S.tri[t, i] = d
+    S.nbr[t, i + 1 if i < 2 else 0], S.nbr[t, i - 1 if i > 0 else 2] = b_d, d_a
+    replace_neighbour(S.nbr, b_d, after, t)
+    replace_neighbour(S.nbr, d_a, before, t)
+    S.tri_of[a] = S.tri_of[b] = S.tri_of[d] = t
+
+
+@inner
+def take_out(S, W, v):
+    """Take interior node v out: number of triangles in its place, which are in W.cavity; 0 where that is not possible.
 
     Nothing is left empty: the last node and the last triangles get the numbers that become free.
     """
     count = 1
     for _ in range(AROUND):
-        t = lessen(S, v)
+        t = lessen(S, W, v)
         if t < 0:
             break
-        S.stack[count] = t
+        W.cavity[count] = t
         count += 1
     if t != -1:
-        return False
-    t = np.int64(S.tri_of[v])
-    i = local(S, t, v)
-    i1, i2 = i + 1 if i < 2 else 0, i - 1 if i > 0 else 2
-    after, before = np.int64(S.nbr[t, i1]), np.int64(S.nbr[t, i2])
-    j, k = local(S, after, v), local(S, before, v)
-    # t becomes the ring a, b, d of v; what lies across b, d and d, a comes from the other two
-    b_d, d_a = np.int64(S.nbr[after, j]), np.int64(S.nbr[before, k])
-    a, b, d = S.tri[t, i1], S.tri[t, i2], S.tri[after, (j + 2) % 3]
-    S.tri[t, i] = d
-    S.nbr[t, i1], S.nbr[t, i2] = b_d, d_a
-    # opposite to a lies the edge b, d; opposite to b the edge d, a
-    replace_neighbour(S.nbr, b_d, after, t)
-    replace_neighbour(S.nbr, d_a, before, t)
-    S.tri_of[a] = S.tri_of[b] = S.tri_of[d] = t
-    S.stack[0] = t
-    for free in (max(after, before), min(after, before)):
+        return 0
+    join_three(S, W, v)
+    W.cavity[0] = W.fan[0]
+    for free in (max(W.fan[1], W.fan[2]), min(W.fan[1], W.fan[2])):
         S.counts[TRIANGLES] -= 1
         last = S.counts[TRIANGLES]
         if free != last:
             move_triangle(S, last, free)
             for q in range(count):
-                if S.stack[q] == last:
-                    S.stack[q] = free
+                if W.cavity[q] == last:
+                    W.cavity[q] = free
     S.counts[NODES] -= 1
     if v != S.counts[NODES]:
         move_node(S, S.counts[NODES], v)
-    legalise(S.points, S.tri, S.nbr, S.tri_of, S.stack, count)
-    return True
+    return count
 
 
 @inner
-def thin(S, most):
-    """Take out nodes until there are no more than ``most`` triangles, as far as that goes; how many."""
-    taken = 0
+def thin(S, W, most):
+    """Take out nodes until there are no more than ``most`` triangles, as far as that goes; how many.
+
+    Edges are Delaunay before, and made so after each: only where a node was are there other triangles then, so that
+    the room of nodes, the area of their triangles, changes there alone. Scratch: ``S.key``.
+    """
+    room, taken = S.key, 0
+    for v in range(S.counts[NODES]):
+        room[v] = 0.0
+    for t in range(S.counts[TRIANGLES]):
+        add_area(S, room, t, 1.0)
     while S.counts[TRIANGLES] > most and taken < TAKEN:
-        v = least_room(S)
-        if v < 0 or not take_out(S, v):
+        v = least_room(S, room)
+        if v < 0:
             break
+        k, _ = around(S.tri, S.nbr, np.int64(S.tri_of[v]), v, AROUND, W.fan, W.ring)
+        for q in range(k):
+            add_area(S, room, W.fan[q], -1.0)
+        count = take_out(S, W, v)
+        if count == 0:
+            break
+        room[v] = room[S.counts[NODES]]  # of the node that has its number now
+        for q in range(count):
+            S.stack[q] = W.cavity[q]
+        legalise(S.points, S.tri, S.nbr, S.tri_of, S.stack, count)
+        for q in range(count):
+            add_area(S, room, W.cavity[q], 1.0)
         taken += 1
     return taken

@@ -74,14 +74,13 @@ def refine_and_optimise(
     gradient: float,
     options: OptimiseOptions,
     size: ArrayLike | None = None,
-    enough: int = 0,
     core: tuple[int, float] | None = None,
 ) -> tuple[OptimiseOutcome, tuple[int, float]]:
     """``refine``, ``smooth``, ``optimise`` and ``even_out`` one after the other, with no copy in between.
 
     The outcome, and what ``level`` asks of one that is evened out: pairs left above the limit, and the longest edge.
     """
-    state, _ = advanced(triangulation, tracks, h, gradient, size, options, SMOOTHINGS, enough, core)
+    state, _ = advanced(triangulation, tracks, h, gradient, size, options, SMOOTHINGS, core)
     state = _driven(state, options)
     found = read_state(state, triangulation, options.growth, kept_shapes(options))
     return _outcome(state, found), (found.left, found.longest)

@@ -59,7 +59,6 @@ def advanced(
     size: ArrayLike | None,
     options: OptimiseOptions,
     rounds: int = 0,
-    enough: int = 0,
     core: tuple[int, float] | None = None,
 ) -> tuple[State, int]:
     """The state that holds the refined triangulation; nothing of it is removed or renumbered.
@@ -72,8 +71,8 @@ def advanced(
     sizes = None if size is None else np.array(size, float)
     state = new_state(triangulation, tracks, options, len(triangulation.points) + 500, passing=rounds > 0)
     todo = ADVANCE | SMOOTH | PREPARE if rounds else ADVANCE
-    status, changes = started(state, triangulation, options, FILL | todo, h, sizes, gradient, rounds, enough, core)
+    status, changes = started(state, triangulation, options, FILL | todo, h, sizes, gradient, rounds, core)
     while status == FULL:
         state = extend_state(state, 2 * len(state.points))
-        status, changes = started(state, triangulation, options, todo, h, sizes, gradient, rounds, enough)
+        status, changes = started(state, triangulation, options, todo, h, sizes, gradient, rounds, core)
     return state, changes

@@ -149,7 +149,6 @@ def started(
     size: NDArray[np.float64] | None = None,
     gradient: float = 0.0,
     rounds: int = 0,
-    enough: int = 0,
     core: tuple[int, float] | None = None,
 ) -> tuple[int, int]:
     """Do these tasks of ``_kernels_start`` to a state and the triangulation that it starts from: (status, changes).
@@ -164,7 +163,7 @@ def started(
         writable(tri.neighbours, INTS), writable(boundary.kind, BYTES), writable(boundary.track, INTS),
         writable(boundary.t, FLOATS), _modes(boundary, options), 1 + options.seed % 0x7FFFFFFE,
         own if size is None else writable(size, FLOATS), writable(boundary.angle, FLOATS), own, ACUTE,
-        corner_limit(options.min_skew), float(most), float(gradient), OVERSIZE, enough,
+        corner_limit(options.min_skew), float(most), float(gradient), OVERSIZE,
         *(core or NO_ROOM), rounds,
     )  # fmt: skip
     return status, changes

@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import functools
-import itertools
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,13 +23,8 @@ from fubini.triangulation.value import Triangulation
 Float = NDArray[np.float64]
 #: See ``most_triangles``.
 Room = tuple[int, float] | None
-#: What ``refine_and_optimise`` returns.
-Refined = tuple[OptimiseOutcome, tuple[int, float]]
 
-#: A face that has more after all is refined again: points stop at these shares of what it may have, one after the
-#: other.
-ENOUGH = 0.98, 0.95
-#: Degrees that the mean skewness may fall by for that, and again for taking out nodes.
+#: Degrees that the mean skewness may fall by.
 FALL = 3.0
 #: Triangles up to so many edges away from a node that goes are meshed anew.
 RINGS = 6
@@ -62,45 +54,15 @@ def refine_within(
     gradient: float,
     options: OptimiseOptions,
     core: Room = (0, 0.0),
-) -> Refined:
-    """``refine_and_optimise``, with nodes taken out or fewer points where that makes more than ``most_triangles``.
+) -> tuple[OptimiseOutcome, tuple[int, float]]:
+    """``refine_and_optimise``, with nodes taken out before smoothing where there are more than ``most_triangles``.
 
-    What comes of either counts where nothing of it is flawed or poor. Where neither does, points may be as many as they
-    were, and with fewer of them an outcome counts only where none of its triangles is worse than the worst then, or
-    than is fair, and the mean is hardly worse.
+    Where that leaves triangles flawed or poor, none is taken out.
     """
-
-    def refined(**limits: Any) -> Refined:
-        return refine_and_optimise(triangulation, tracks, h, gradient, options, **limits)
-
-    best = refined(core=core)
-    most = most_triangles(best[0], core)
-    fewer: Iterator[Refined] = (refined(enough=int(share * most)) for share in ENOUGH)  # made when asked for
-    if best[0].thinned:
-        if _is_good(best[0], math.inf):
-            return best
-        found = next(fewer)
-        if _is_good(found[0], most):
-            return found
-        best, fewer = refined(), itertools.chain([found], fewer)
-    number = len(best[0].triangulation.triangles)
-    if best[0].excess or number <= most:
-        return best
-    first = Crowd.of(best[0].triangulation, options)
-    worst = max(first.worst, _shape(FAIR_SKEW))
-    for found in fewer:
-        crowd = Crowd.of(found[0].triangulation, options)
-        good = not found[0].excess and crowd.worst <= worst and crowd.mean >= first.mean - FALL
-        if good and len(crowd.shapes) < number:
-            best, number = found, len(crowd.shapes)
-        if number <= most:
-            break
-    return best
-
-
-def _is_good(outcome: OptimiseOutcome, most: float) -> bool:
-    """Whether an outcome has nothing flawed or poor, and no more triangles than ``most``."""
-    return not outcome.excess and not outcome.poor and len(outcome.triangulation.triangles) <= most
+    outcome, even = refine_and_optimise(triangulation, tracks, h, gradient, options, core=core)
+    if outcome.thinned and (outcome.excess or outcome.poor):
+        return refine_and_optimise(triangulation, tracks, h, gradient, options)
+    return outcome, even
 
 
 def thinned(outcome: OptimiseOutcome, size: float, options: OptimiseOptions, core: Room = (0, 0.0)) -> OptimiseOutcome:

@@ -5,18 +5,15 @@ from __future__ import annotations
 import math
 
 from fubini._jit import inner, kernel
+from fubini.optimise._kernels_even import mean_length, squares
 
 
 @inner
 def size_and_shape(points, a, b, c):
     """Mean length of the edges of a triangle, and its shape, (Lmax^2 - Lmin^2) / 4 A; infinite where it has no area."""
-    ux, uy = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1]
-    vx, vy = points[c, 0] - points[a, 0], points[c, 1] - points[a, 1]
-    wx, wy = ux - vx, uy - vy
-    uu, vv, ww = ux * ux + uy * uy, vx * vx + vy * vy, wx * wx + wy * wy
-    area4 = 2.0 * (ux * vy - uy * vx)
-    shape = (max(uu, max(vv, ww)) - min(uu, min(vv, ww))) / area4 if area4 > 0.0 else math.inf
-    return (math.sqrt(uu) + math.sqrt(vv) + math.sqrt(ww)) / 3.0, shape
+    uu, vv, ww, twice = squares(points, a, b, c)
+    shape = (max(uu, max(vv, ww)) - min(uu, min(vv, ww))) / (2.0 * twice) if twice > 0.0 else math.inf
+    return mean_length(uu, vv, ww), shape
 
 
 @inner

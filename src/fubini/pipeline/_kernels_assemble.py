@@ -6,14 +6,12 @@ import numpy as np
 
 from fubini._jit import inner, kernel
 from fubini.tracks._kernels import evaluate_one
+from fubini.triangulation._kernels_topology import FROZEN, LOCKED
 
 #: Columns of ``starts`` in ``assemble``.
 NODES, SEGMENTS, TRACKS, POINTS, CORNERS, INNER, TRIANGLES = range(7)
 #: The place of a node that no segment starts at.
 NOWHERE = 2**62
-
-#: As in ``fubini.triangulation.value``: nodes that stay, segments that do.
-FROZEN, LOCKED = 3, 2
 
 
 @inner

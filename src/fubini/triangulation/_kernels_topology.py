@@ -23,6 +23,15 @@ from fubini._kernels_predicates import in_circle, orient
 #: What ``locate`` and ``legalise`` report besides their result.
 DONE, OUT_OF_BUDGET = 0, 1
 
+#: What a node may do (``Boundary.kind``): an interior node moves freely; a node on a curve slides
+#: along its track, may be removed, and segments beside it may be split; a corner stays; a frozen
+#: node stays and is never removed.
+INTERIOR, ON_CURVE, CORNER, FROZEN = 0, 1, 2, 3
+
+#: What may happen to a boundary segment (``Boundary.mode``): split and merged freely; only split
+#: (it is shared with another face); nothing (it is an interface or was fixed by the user).
+FREE, SPLIT_ONLY, LOCKED = 0, 1, 2
+
 
 @inner
 def replace_neighbour(neighbours, t, old, new):
@@ -182,6 +191,28 @@ def locate(points, triangles, neighbours, t, x, y, budget):
         came = t
         t = onward
     return t, np.int64(OUT_OF_BUDGET)
+
+
+@inner
+def around(triangles, neighbours, t, v, most, fan, ring):
+    """Triangles around vertex v counter-clockwise from t, into fan, and the corner after v in each of them, into ring.
+
+    Returns (k, closed): k triangles; where a segment ends the turn it is not closed, and ring has one corner more.
+    k = -1 where there are more than ``most``.
+    """
+    first, k = t, 0
+    while k < most:
+        i = 1 + (triangles[t, 1] == v) - (triangles[t, 2] == v)
+        u = np.int64(neighbours[t, i])
+        fan[k], ring[k] = t, triangles[t, i]
+        k += 1
+        if u < 0:
+            ring[k] = triangles[t, i + 1 if i < 2 else 0]
+            return k, False
+        if u == first:
+            return k, True
+        t = u
+    return -1, True
 
 
 @kernel

@@ -8,19 +8,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fubini._values import value
+from fubini.triangulation._kernels_topology import CORNER, FREE, FROZEN, INTERIOR, LOCKED, ON_CURVE, SPLIT_ONLY
+
+__all__ = [
+    "CORNER", "FREE", "FROZEN", "INTERIOR", "LOCKED", "NONE", "ON_CURVE", "SPLIT_ONLY",
+    "Boundary", "Byte", "Float", "Int", "Patch", "Triangulation",
+]  # fmt: skip
 
 Float = NDArray[np.float64]
 Int = NDArray[np.int32]
 Byte = NDArray[np.uint8]
-
-#: What a node may do (``Boundary.kind``): an interior node moves freely; a node on a curve slides
-#: along its track, may be removed, and segments beside it may be split; a corner stays; a frozen
-#: node stays and is never removed.
-INTERIOR, ON_CURVE, CORNER, FROZEN = 0, 1, 2, 3
-
-#: What may happen to a boundary segment (``Boundary.mode``): split and merged freely; only split
-#: (it is shared with another face); nothing (it is an interface or was fixed by the user).
-FREE, SPLIT_ONLY, LOCKED = 0, 1, 2
 
 #: No indices.
 NONE: Int = np.empty(0, np.int32)
