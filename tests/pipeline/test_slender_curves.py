@@ -10,6 +10,7 @@ import pytest
 import fubini
 from fubini.curves import Bezier, BSpline, EllipticalArc, Line
 from fubini.region import Loop, Region
+from random_regions import arc as low_arc
 from random_regions import random_region
 from regions import chain, model_of
 
@@ -61,3 +62,12 @@ def test_arcs_that_are_all_but_straight_keep_a_chord_tolerance():
     region = random_region(23)
     mesh = fubini.mesh(model_of(region), region.diagonal / 8.0, chord_tolerance=1e-4 * region.diagonal)
     assert mesh.certificate.certified
+
+
+@pytest.mark.parametrize(("rise", "other"), [(2e-5, 0.7), (1e-5, 0.0)])
+def test_lenses_of_arcs_that_are_all_but_straight(rise, other):
+    # radius 5,000 and more: angles rounded to 2^-32 would take points along the arc by many times the width
+    above = low_arc(np.array([1.0, 0.0]), np.array([-1.0, 0.0]), rise)
+    below = low_arc(np.array([-1.0, 0.0]), np.array([1.0, 0.0]), rise * other) if other else Line((-1, 0), (1, 0))
+    mesh = certified(chain(above, below), 0.07, most=1_200_000)
+    assert mesh.certificate.unavoidable == 2

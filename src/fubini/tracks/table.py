@@ -106,8 +106,10 @@ def joined(parts: list[Tracks]) -> Tracks:
 def rounded(tracks: Tracks, length: float, bits: int) -> Tracks:
     """The same tracks with lengths rounded to ``length`` / 2^bits, angles to 1 / 2^bits and weights to as many bits.
 
-    ``length`` is taken down to a power of two, so that scaling by powers of two commutes with it. Of rational curves
-    the control points are rounded, not what stands in the table: where only small weights count they would go astray.
+    ``length`` is taken down to a power of two, so that scaling by powers of two commutes with it. Angles on arcs larger
+    than that are rounded to what moves a point by no more: on an arc all but straight they would take it far along. Of
+    rational curves the control points are rounded, not what stands in the table: where only small weights count they
+    would go astray.
     """
     unit = 2.0**-bits
     coordinate = unit * 2.0 ** math.floor(math.log2(length))
@@ -115,8 +117,10 @@ def rounded(tracks: Tracks, length: float, bits: int) -> Tracks:
     near *= coordinate
     arcs = tracks.offsets[tracks.kinds == CONIC]
     if len(arcs):
-        angles = np.concatenate([arcs + 10, arcs + 11])
-        near[angles] = np.rint(tracks.data[angles] / unit) * unit
+        angles, rows = arcs[:, None] + [10, 11], arcs[:, None]
+        radius = np.hypot(tracks.data[rows + [6, 8]], tracks.data[rows + [7, 9]]).max(axis=1, keepdims=True)
+        step = np.minimum(unit, coordinate * np.exp2(-np.ceil(np.log2(radius))))
+        near[angles] = np.rint(tracks.data[angles] / step) * step
     for o in tracks.offsets[tracks.kinds == RATIONAL].tolist():
         pieces, degree = int(tracks.data[o + 4]), int(tracks.data[o + 5])
         first = o + 7 + pieces
