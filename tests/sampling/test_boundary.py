@@ -96,6 +96,18 @@ def test_sharp_corner_starts_with_equal_legs(degrees):
     assert legs[0] == pytest.approx(legs[1], rel=1e-12)
 
 
+@pytest.mark.parametrize("degrees", [0.743, 5.5, 20.0])
+def test_legs_end_before_a_hole_between_them(degrees):
+    width = 0.08 * np.tan(np.radians(degrees))
+    outline = regions.loop([(0, 0), (1, 0), (np.cos(np.radians(degrees)), np.sin(np.radians(degrees)))])
+    region = Region.from_loops([outline, regions.circle(0.08, 0.5 * width, 0.4 * width)])
+    boundary, sizing, _ = discretise(region, 0.1)
+    legs = sizing.legs.radius[sizing.legs.radius > 0.0]
+    assert len(legs) == 2
+    assert legs.max() < 0.08 - 0.4 * width
+    assert lengths(boundary)[boundary.angle[boundary.segments].min(axis=1) < 50.0].max() < 0.08
+
+
 def test_nodes_across_a_gap_are_as_close_as_the_gap_is_wide():
     width = 0.02
     outer = [(0, 0), (10, 0), (10, 6), (0, 6)]

@@ -375,8 +375,8 @@ def look_across(
 ):  # fmt: skip
     """Lower the tables of a face to what ``gap_sizes`` asks for, no less than ``least``, where it is too narrow.
 
-    See ``is_narrow`` and ``lower_face``. Returns what is wanted at the nodes (n,) and at the feet of the segments (k,),
-    1 where the face is too narrow or 0, and what ``lower_face`` does.
+    See ``is_narrow`` and ``lower_face``. Returns what is wanted at the nodes (n,), the feet on the segments (k,) as
+    shares and what is wanted there, 1 where the face is too narrow or 0, and what ``lower_face`` does.
     """
     n, k = points.shape[0], segments.shape[0]
     want, foot, foot_want = np.empty(n), np.empty(k), np.empty(k)
@@ -386,8 +386,8 @@ def look_across(
     for i in range(k):
         foot_want[i] = max(foot_want[i], least)
     if not is_narrow(points, segments, size, angle, sharp, want, foot, foot_want, threshold, leg_threshold):
-        return want, foot_want, 0, fill, 0
+        return want, foot, foot_want, 0, fill, 0
     fill, missing = lower_face(
         edges, segments, track, params, size, want, foot, foot_want, threshold, span, t, s, h, fill, changed
     )  # fmt: skip
-    return want, foot_want, 1, fill, missing
+    return want, foot, foot_want, 1, fill, missing

@@ -184,7 +184,7 @@ class BoundarySizing:
             return True
         missing = 1
         while missing > 0:
-            want, across, narrow, self.tables.fill, missing = kernels.look_across(
+            want, foot, across, narrow, self.tables.fill, missing = kernels.look_across(
                 boundary.points, boundary.segments, boundary.track, boundary.t, boundary.size, boundary.angle,
                 outline.edges, triangles, neighbours, SHARP, options.gradient, options.gap,
                 options.smallest * options.size, RESOLVED, LEG_RESOLVED, *self.tables.pool, self.tables.fill, changed,
@@ -192,7 +192,7 @@ class BoundarySizing:
             if missing > 0:
                 self.tables.grow(missing)
         if narrow and self._sharp:
-            self._shorten(outline, boundary, want, changed)
+            self._shorten(outline, boundary, want, (foot, across), changed)
         if self._sharp:
             changed[list(self.legs.make_room(outline, boundary, across))] = 1
         return False
@@ -220,7 +220,7 @@ class BoundarySizing:
         """
         outline, missing = self.outlines[face], 1
         if self._sharp:
-            self._shorten(outline, boundary, want, changed)
+            self._shorten(outline, boundary, want, feet, changed)
         while missing > 0:
             self.tables.fill, missing = kernels_of_sizes.lower_tables(
                 outline.edges, boundary.segments, boundary.track, boundary.t, boundary.size, want, *feet, threshold,
@@ -229,10 +229,12 @@ class BoundarySizing:
             if missing > 0:
                 self.tables.grow(missing)
 
-    def _shorten(self, outline: Outline, boundary: Boundary, want: Float, changed: Byte) -> None:
-        """Shorten the legs of sharp corners that are longer than wanted."""
+    def _shorten(
+        self, outline: Outline, boundary: Boundary, want: Float, feet: tuple[Float, Float], changed: Byte
+    ) -> None:
+        """Shorten the legs of sharp corners that are longer than wanted; ``want`` and ``feet`` as in ``_lower``."""
         if boundary.angle.min() < SHARP:
-            changed[list(self.legs.shorten(outline, boundary, want))] = 1
+            changed[list(self.legs.shorten(outline, boundary, want, feet))] = 1
 
 
 @value(frozen=True)

@@ -226,10 +226,11 @@ class Legs:
             at = chord_parameter(*outline.tracks, j, side, leg, at)
         return evaluate(outline.tracks, j, at)[0]
 
-    def shorten(self, outline: Outline, boundary: Boundary, want: Float) -> set[int]:
-        """The triangle of a sharp corner must not be larger than the gap beside it.
+    def shorten(self, outline: Outline, boundary: Boundary, want: Float, feet: tuple[Float, Float]) -> set[int]:
+        """The triangle of a sharp corner must not be larger than the gap beside it, nor reach what lies between legs.
 
-        Where a leg bounds a narrower corner, too, the gap there shrinks with the leg: it is no reason to shorten it.
+        ``want`` (n,) holds sizes at the nodes; ``feet`` shares (k,) of the segments and sizes (k,) there. Where a leg
+        bounds a narrower corner, too, the gap there shrinks with the leg: it is no reason to shorten it.
         """
         changed: set[int] = set()
         ends, first = boundary.segments, np.where(outline.forward, 0.0, 1.0)[boundary.track]
@@ -240,6 +241,8 @@ class Legs:
             p, q = ends[leave, 1], ends[reach, 0]
             base = self._share(outline, boundary, leave) * self._base(outline, boundary, leave, p, q)
             ratio = min(want[p], want[q]) / base if base > 0.0 else 1.0
+            for k, share in ((leave, feet[0][leave]), (reach, 1.0 - feet[0][reach])):
+                ratio = min(ratio, self._clear_of(share, feet[1][k], math.dist(*boundary.points[ends[k]]), base))
             if ratio >= 0.85:
                 continue
             for k, at_start in ((leave, True), (reach, False)):
@@ -249,6 +252,15 @@ class Legs:
                 self.radius[e, i] *= max(0.4, ratio)
                 changed.add(e)
         return changed
+
+    def _clear_of(self, share: float, size: float, leg: float, base: float) -> float:
+        """How much shorter a leg has to be for the size wanted at a place on it, as a share of it.
+
+        From that place, this share of the leg away from the corner, sizes grow back to the end of the shorter leg; they
+        must reach the base of its triangle there.
+        """
+        growth = self.options.gradient * leg
+        return (size + share * growth) / (base + growth)
 
     def make_room(self, outline: Outline, boundary: Boundary, across: Float) -> set[int]:
         """Shorten legs that belong to corners of other faces and are longer than the gap ``across`` (k,) them in this.
