@@ -12,8 +12,9 @@ from hypothesis import strategies as st
 from fubini.optimise import OptimiseOptions, optimise
 from fubini.quality import aspect_ratios, flawed, skewness
 from fubini.tolerance import UNAVOIDABLE_CORNER
+from fubini.triangulation.constrained import constrained_delaunay
 from fubini.triangulation.value import FREE, INTERIOR, LOCKED, SPLIT_ONLY, Triangulation
-from optimise.outlines import arc, certify, line, meshed, polygon, star_polygon
+from optimise.outlines import arc, boundary, certify, line, meshed, polygon, star_polygon
 
 PI = math.pi
 
@@ -185,3 +186,15 @@ def test_corners_only_just_avoidable_are_filled_by_a_valid_triangle(degrees):
     outcome = optimise(bad, tracks)
     certify(outcome, bad, tracks)
     assert outcome.excess == 0 and outcome.flawed_after == 0
+
+
+@pytest.mark.parametrize("seed", [0, 9, 30, 32, 43, 44, 56])
+def test_what_rounding_alone_seems_to_lower_is_not_lowered_for_ever(seed):
+    # a polygon as large as a few steps of floating point: new nodes come to lie beside where they are wanted
+    rng = np.random.default_rng(seed)
+    turn, reach = np.sort(rng.uniform(0.0, 2.0 * PI, 9)), rng.uniform(3.0, 12.0, 9)
+    corners = 1.5 + np.rint(np.column_stack([reach * np.cos(turn), reach * np.sin(turn)])) * 2.0**-52
+    made, tracks = boundary([polygon(corners)], 5.0, LOCKED)
+    start = constrained_delaunay(np.concatenate([made.points, [(1.5, 1.5)]]), made)
+    outcome = optimise(start, tracks, OptimiseOptions(improve=0.0, budget=200_000))
+    assert not outcome.budget_exhausted

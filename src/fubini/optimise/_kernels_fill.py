@@ -160,7 +160,8 @@ def longest_diagonal(S, W, k, n):
 def choose_fill(S, W, k, mode, bound):
     """Cheapest fill below cost ``bound`` into W.fill: (cost, triangles, x, y); triangles 0 when there is none.
 
-    A star has its point at local corner k.
+    A star has its point at local corner k. Its cost is that of the place where the node comes to lie: what rounding
+    alone seems to lower would be lowered for ever.
     """
     cost, n, x, y = 1e300, 0, 0.0, 0.0
     if mode & PROGRAMME:
@@ -172,6 +173,8 @@ def choose_fill(S, W, k, mode, bound):
                 n, cost = 0, 1e300
     if mode & POINT:
         u, v, low = best_point(W.px, W.py, k, 0.6, S.rule)
+        ox, oy = S.points[W.poly[0], 0], S.points[W.poly[0], 1]
+        u, v = (ox + u) - ox, (oy + v) - oy
         c = star_cost(W.px, W.py, k, u, v, S.rule, min(bound, cost))
         for z in range(k):
             c += 2.0 if W.ear[z] == 1 else 0.0

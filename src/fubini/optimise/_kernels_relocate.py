@@ -14,9 +14,6 @@ from fubini.tracks._kernels import evaluate_one
 
 #: value of f at which a climb ends
 GOAL = 0.3
-#: A node that moves by less than this times its distance from the ring stays: its cost jumps where f passes the bound,
-#: so that rounding alone could lower it for ever.
-STILL = 1e-9
 
 
 @inner
@@ -98,10 +95,16 @@ def relocate(S, W, v, fall, soft):
             cost = star_cost(W.rx, W.ry, k, x, y, rule, old - fall)
         else:
             x, y, cost = cheapest(W, k, x, y, 0.2 * mean, rule)
-    if cost >= old - fall or abs(x) + abs(y) < STILL * mean:
+    if cost >= old - fall:
         return False
+    before_x, before_y = S.points[v, 0], S.points[v, 1]
     S.points[v, 0] += x
     S.points[v, 1] += y
+    # the cost jumps where f passes the bound: what rounding alone seems to lower would be lowered for ever
+    load_ring(S, W, v, k, closed)
+    if star_cost(W.rx, W.ry, k, 0.0, 0.0, rule, math.inf) >= old - fall:
+        S.points[v, 0], S.points[v, 1] = before_x, before_y
+        return False
     if not soft:
         S.counts[RELOCATION] += 1
     return True
