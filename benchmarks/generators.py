@@ -284,10 +284,10 @@ def summary(rows: list[dict]) -> str:
             body.append([
                 name, f"{count:,.0f}" if name not in SETS else "as it is", f"{total['triangles']:,.0f}",
                 f"{100 * total['flawed'] / total['triangles']:.2f} %", f"{min(r['worst_skew'] for r in own):.1f}",
-                f"{total['seconds']:.2f}", f"{total['moves']:,.0f}", f"{total['after']:,.0f}",
+                f"{total['seconds']:.2g}", f"{total['moves']:,.0f}", f"{total['after']:,.0f}",
                 f"{total['excess']:.0f}", f"{min(r['worst_after'] for r in own):.1f}",
                 f"{sum(r['mean_after'] * r['after'] for r in own) / total['after']:.1f}",
-                f"{sum(r['optimise'] for r in own):.2f}",
+                f"{sum(r['optimise'] for r in own):.2g}",
             ])  # fmt: skip
     head = (
         "points", "wanted", "triangles", "flawed before", "worst skewness before", "CPU s", "moves", "triangles after",

@@ -19,7 +19,6 @@ from fubini.quality import (
     growth_rates,
     skewness,
 )
-from fubini.tolerance import UNAVOIDABLE_CORNER
 
 SEED = np.random.default_rng(20190824)
 #: cot of half the sharpest valid angle; everything about the 45-degree bound follows from it.
@@ -197,7 +196,7 @@ def test_corner_limit_of_an_aspect_ratio():
 
 def test_corner_limit_at_the_defaults():
     assert corner_limit() == pytest.approx(24.295188945, abs=1e-9)
-    assert corner_limit() == pytest.approx(UNAVOIDABLE_CORNER, abs=1e-12)
+    assert corner_limit() == pytest.approx(2 * math.degrees(math.atan((math.sqrt(28.0) - 4.0) / 6.0)), abs=1e-12)
     assert corner_limit(45.0, 2.0) == corner_limit()
 
 

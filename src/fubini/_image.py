@@ -17,7 +17,7 @@ from typing import NamedTuple
 #: Kinds of sections and flags, symbols without a section, relocations (ELF and its supplement for x86-64).
 SYMBOLS, RELOCATIONS, EMPTY, UNWINDING = 2, 4, 8, 0x70000001
 WRITABLE, IN_MEMORY, LOCAL_STORAGE = 1, 2, 0x400
-UNDEFINED, ABSOLUTE, COMMON = 0, 0xFFF1, 0xFFF2
+UNDEFINED, COMMON = 0, 0xFFF2
 ADDRESS, RELATIVE, CALL, RELATIVE_64 = 1, 2, 4, 24
 X86_64 = b"\x7fELF\x02\x01", 62
 

@@ -5,8 +5,6 @@ A tolerance is passed explicitly to the function that needs it; the names here a
 
 from __future__ import annotations
 
-import math
-
 #: Ends of consecutive curves closer than this (times the diagonal) are one vertex.
 VERTEX_GAP = 1e-7
 
@@ -21,10 +19,6 @@ AREA = 1e-12
 
 #: A curve is replaced by a spline only within this (times the diagonal); the report names it.
 CONVERSION = 1e-8
-
-#: An interior corner below this angle (degrees) cannot be covered by a valid triangle:
-#: 2 atan((sqrt(28) - 4) / 6), the apex of the isosceles triangle of skewness 45 degrees.
-UNAVOIDABLE_CORNER = 2 * math.degrees(math.atan((math.sqrt(28.0) - 4.0) / 6.0))
 
 #: Default bounds of a valid triangle (Perumal 2019, section 3.1).
 MIN_SKEW = 45.0

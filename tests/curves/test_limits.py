@@ -176,33 +176,6 @@ def test_a_turned_straight_spline_has_no_false_turns():
         assert back.is_constant(1, 1e-12)
 
 
-@given(curves, axes, st.floats(-0.1, 1.1))
-@settings(max_examples=150, deadline=None, derandomize=True)
-def test_crossings_against_dense_sampling(curve, axis, at):
-    low, high = curve.bounding_box()
-    value = float(low[axis] + at * (high[axis] - low[axis]))
-    t = curve.axis_crossings(axis, value)
-    assert (np.diff(t) > 0).all()
-    if len(t):
-        assert np.abs(curve.point(t)[:, axis] - value).max() <= 1e-13 * size(curve)
-    # between crossings the coordinate stays on one side
-    cuts = np.concatenate([[0.0], t, [1.0]])
-    for a, b in itertools.pairwise(cuts):
-        x = curve._point(a + (b - a) * np.linspace(0, 1, 201)[1:-1])[:, axis] - value
-        x = x[np.abs(x) > 1e-13 * size(curve)]
-        assert (x > 0).all() or (x < 0).all()
-
-
-def test_crossings_at_ends_and_extremes():
-    arc = CircularArc((0, 0), 1, 0, math.pi, end=(-1, 0))
-    assert arc.axis_crossings(1, 0.0).tolist() == [0, 1]
-    assert arc.axis_crossings(1, 1.0) == pytest.approx([0.5])
-    assert arc.axis_crossings(1, 2.0).tolist() == []
-    assert arc.axis_crossings(0, 0.5) == pytest.approx([1 / 3])
-    assert samples()["polyline"].axis_crossings(0, 1.0) == pytest.approx([1 / 3, 2 / 3])
-    assert Line((0, 0), (2, 1)).axis_crossings(0, 0.5).tolist() == [0.25]
-
-
 @given(arcs(), axes)
 @settings(max_examples=40, deadline=None, derandomize=True)
 def test_reversed_and_mirrored_arcs_have_the_same_limits(curve, axis):

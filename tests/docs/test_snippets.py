@@ -1,4 +1,4 @@
-"""The Python of the README and the tutorials runs as printed, page by page."""
+"""The Python of the README, the tutorials and pages of the manual runs as printed, page by page."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 TUTORIALS = sorted(str(p.relative_to(ROOT)) for p in (ROOT / "docs" / "tutorials").glob("*.md"))
-PAGES = ["README.md", "docs/manual/conforming.md", *TUTORIALS]
+PAGES = ["README.md", *(f"docs/manual/{name}.md" for name in ("conforming", "sizes", "sources")), *TUTORIALS]
 
 
 @pytest.fixture(scope="module")

@@ -10,8 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fubini.optimise import OptimiseOptions, optimise
-from fubini.quality import aspect_ratios, flawed, skewness
-from fubini.tolerance import UNAVOIDABLE_CORNER
+from fubini.quality import aspect_ratios, corner_limit, flawed, skewness
 from fubini.triangulation.constrained import constrained_delaunay
 from fubini.triangulation.value import FREE, INTERIOR, LOCKED, SPLIT_ONLY, Triangulation
 from optimise.outlines import arc, boundary, certify, line, meshed, polygon, star_polygon
@@ -33,7 +32,7 @@ def test_wedges_of_every_degree_have_at_most_the_unavoidable_flaw(first):
         outcome = optimise(start, tracks, OptimiseOptions(improve=0.0))
         certify(outcome, start, tracks)
         assert outcome.excess == 0, degrees
-        assert outcome.flawed_after <= (degrees < UNAVOIDABLE_CORNER)
+        assert outcome.flawed_after <= (degrees < corner_limit())
         assert not outcome.budget_exhausted and outcome.worst == ()
 
 
@@ -56,7 +55,7 @@ def test_regions_of_lines_and_arcs_are_certified(name, h):
     start, tracks = meshed(REGIONS[name], h)
     outcome = optimise(start, tracks)
     certify(outcome, start, tracks)
-    sharp = int((start.boundary.angle < UNAVOIDABLE_CORNER).sum())
+    sharp = int((start.boundary.angle < corner_limit()).sum())
     assert outcome.excess == 0 and outcome.flawed_after <= sharp
 
 

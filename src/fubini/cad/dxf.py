@@ -155,7 +155,7 @@ def _strokes(document: Any, notes: Counter[str]) -> Iterator[Stroke]:
         if _hidden(document, entity, layer):
             notes[f"{entity.dxftype()} on layer {layer} left out: hidden, or a guide line"] += 1
             continue
-        curves = _curves(entity, notes)
+        curves = _curves(entity)
         if curves is None:
             notes[f"{entity.dxftype()} left out: bounds no area"] += 1
             continue
@@ -201,7 +201,7 @@ def _hidden(document: Any, entity: Any, layer: str) -> bool:
     return style.startswith(GUIDE_LINES)
 
 
-def _curves(entity: Any, notes: Counter[str]) -> list[Curve] | None:
+def _curves(entity: Any) -> list[Curve] | None:
     """Curves of one entity; None when it is of a kind that bounds nothing."""
     convert = _CONVERT.get(entity.dxftype())
     if convert is None:

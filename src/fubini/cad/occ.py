@@ -35,10 +35,9 @@ except ImportError:
     from OCP.collections import List_TopoDS_Shape as _ShapeList
 
 Float = NDArray[np.float64]
-COMPOUND, SOLID = Kind.TopAbs_COMPOUND, Kind.TopAbs_SOLID
-SHELL, FACE = Kind.TopAbs_SHELL, Kind.TopAbs_FACE
-INTERNAL = Orientation.TopAbs_INTERNAL
+SOLID, SHELL, FACE = Kind.TopAbs_SOLID, Kind.TopAbs_SHELL, Kind.TopAbs_FACE
 WIRE, EDGE, VERTEX = Kind.TopAbs_WIRE, Kind.TopAbs_EDGE, Kind.TopAbs_VERTEX
+INTERNAL = Orientation.TopAbs_INTERNAL
 
 
 def static(owner: Any, name: str) -> Any:

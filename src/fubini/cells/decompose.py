@@ -262,12 +262,12 @@ def _cells(
     result = []
     for k, (cell, end) in enumerate(finished):
         a, b = float(levels[cell.start]), float(levels[end])
-        r, s = (_chain([pieces[i] for i in side], a, b, axis) for side in (cell.lower, cell.upper))
+        r, s = (_chain([pieces[i] for i in side], a, b) for side in (cell.lower, cell.upper))
         result.append(Cell(kind, a, b, r, s, tuple(sorted(neighbours[k]))))
     return tuple(result)
 
 
-def _chain(run: list[_Piece], a: float, b: float, axis: int) -> Chain:
+def _chain(run: list[_Piece], a: float, b: float) -> Chain:
     joints = [piece.limit.domain[0] for piece in run[1:]]
     breaks = np.array([a, *joints, b])
     breaks.setflags(write=False)

@@ -6,8 +6,8 @@ from typing import Any
 
 import click
 
-from fubini.cli.common import Progress, dump_json, json_option, stdout_to_stderr
-from fubini.cli.mesh import _check_paths, _warn_of_rounding, _write
+from fubini.cli.common import Progress, json_option, stdout_to_stderr
+from fubini.cli.outputs import check_paths, tell, write_all
 
 
 @click.command()
@@ -41,18 +41,12 @@ def remesh(
     IN is a .stl, .obj, .ply, .off, .glb or .3mf file. Triangles that lie in one plane form a patch; outlines
     of patches are kept. All outputs are written at the end, or none of them.
     """
-    _check_paths(source, outputs, json_path, picture)
+    check_paths(source, outputs, json_path, picture)
     with stdout_to_stderr(json_path == "-"):
         import fubini
 
         with Progress() as progress:
             result = fubini.remesh(source, progress=progress, **options)
-        data = _write(result, outputs, json_path, picture)
-    if json_path == "-":
-        click.echo(dump_json(data), nl=False)
-    elif not quiet:
-        from fubini.report import table
-
-        click.echo(table(result))
-    _warn_of_rounding(result, outputs)
+        data = write_all(result, outputs, json_path, picture)
+    tell(result, data, outputs, json_path, quiet)
     ctx.exit(0 if result.certificate.certified else 1)

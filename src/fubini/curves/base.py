@@ -200,20 +200,6 @@ class Curve(ABC):
 
         return LimitFunction(self, axis)
 
-    def axis_crossings(self, axis: int, value: float) -> Float:
-        """Sorted parameters in [0, 1] where the coordinate along ``axis`` equals ``value``.
-
-        Touching counts once; a stretch of constant coordinate at this value gives both its ends.
-        """
-        cuts = np.concatenate([[0.0], self.turning_points(axis), [1.0]])
-        levels = self.point(cuts)[:, axis]
-        a, b = levels[:-1], levels[1:]
-        inside = (np.minimum(a, b) < value) & (value < np.maximum(a, b))
-        roots = np.empty(0)
-        if inside.any():
-            roots = self._invert(axis, np.full(inside.sum(), value), cuts[:-1][inside], cuts[1:][inside])
-        return np.unique(np.concatenate([cuts[levels == value], roots]))
-
     # -- shared by the kinds --------------------------------------------------------------------
 
     def _check_trim(self, t0: float, t1: float) -> None:

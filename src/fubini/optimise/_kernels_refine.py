@@ -232,7 +232,7 @@ def try_triangle(S, W, t, h, gradient, limit, everywhere):
 
 
 @inner
-def grade(S, h, gradient):
+def grade(S, gradient):
     """Lower the sizes of interior nodes to what their neighbours allow, by sweeps until nothing changes.
 
     A sweep looks at the triangles of nodes that it or the one before has lowered. Scratch: ``S.low``, the last of
@@ -329,7 +329,7 @@ def advance(S, W, h, gradient, limit):
     sizes differ little and triangles are few, points stop once there are as many triangles as these sizes ask for. A
     last pass takes every edge for the front, where the others found no room.
     """
-    grade(S, h, gradient)
+    grade(S, gradient)
     wanted, uniform = room(S, h)
     steps, most = 0, MANY
     if wanted < min(SMALL, EVEN * uniform):
