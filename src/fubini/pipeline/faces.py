@@ -24,6 +24,7 @@ from fubini.optimise import (
     thinned,
 )
 from fubini.pipeline.across import evened_across
+from fubini.pipeline.ears import find_ears, with_ears, without_ears
 from fubini.pipeline.options import MeshOptions, Progress
 from fubini.pipeline.pattern import PatternPoints, pattern_nodes
 from fubini.pipeline.points import clear_of, crowded, with_lone
@@ -32,6 +33,7 @@ from fubini.quality import corner_limit
 from fubini.sampling.boundary import BoundarySizing, EdgeNodes, Outline
 from fubini.sampling.fans import clear_of_segments, long_segments, with_fans
 from fubini.sampling.interior import NO_CORE, Core, Lattice, best_lattice, lattice_with_core
+from fubini.sampling.ratios import SHARP
 from fubini.triangulation.constrained import constrained_delaunay, delaunay_around
 from fubini.triangulation.value import CORNER, FROZEN, LOCKED, ON_CURVE, SPLIT_ONLY, Boundary, Byte, Triangulation
 
@@ -51,12 +53,16 @@ MOVES, MOVES_EACH = 50_000, 400
 EFFORT = 200_000
 #: Finer boundaries in a row that leave no fewer flaws, before a face is given up: beside a cusp they only shift them.
 PATIENCE = 2
+#: Flaws no further from a leg than this many times its length are there because of it.
+HOPELESS_REACH = 1.5
 #: Corners so little (degrees) above what one triangle can cover leave no choice for its legs.
 TIGHT = 3.0
 #: Fewer triangles than this inside do not pay for a strip of their own.
 LEAST_CORE = 400
 #: Faces of most models have no points of their own inside.
 NO_POINTS: Float = np.empty((0, 2))
+#: ... nor corners to be cut off.
+NO_EARS: NDArray[np.intp] = np.empty((0, 2), np.intp)
 #: Budget of rounds that shorten the boundary beside such points.
 POINT_ROUNDS = 20
 #: Budget of refinements towards a size field.
@@ -83,13 +89,17 @@ def attempt(
     lone: Float = NO_POINTS,
     along: Float | None = None,
     tried: list[tuple[Float, Boundary]] | None = None,
+    cut: bool = True,
 ) -> tuple[OptimiseOutcome, Core | None] | None:
     """Mesh one face with the points ``inside``, or with the lattice of this number where there are none given.
 
     ``lone`` (p, 2) become nodes and stay where they are; ``along`` (c,) sizes asked of single edges. Returns the
     triangulation, and the core that it leaves out; None where the start is one of those ``tried``, which it joins.
+    With ``cut`` corners of known triangles are cut off before and put back after (``find_ears``).
     Raises ``GeometryError`` where boundary segments cross.
     """
+    cut = cut and outline.sharpest < SHARP and inside is None and not len(lone) and number % 4 < 2
+    ears = find_ears(boundary, options.min_skew, options.max_aspect_ratio) if cut else NO_EARS
     boundary = held(boundary, outline, options, number, number % 2 == 0 and inside is None)
     boundary = with_lone(boundary, lone, size)
     asked = optimiser_options(options.min_skew, options.max_aspect_ratio, options.growth, options.max_sag)
@@ -104,7 +114,9 @@ def attempt(
     inner, core, outer = clear_of_segments(lattice.points, long, size), lattice.core, boundary
     if len(lone):
         inner = clear_of(inner, boundary, len(lone), size, gradient)
-    at_fans = NO_POINTS
+    at_fans, face = NO_POINTS, boundary
+    if len(ears):
+        boundary = without_ears(boundary, ears)
     if number % 2 or len(long):
         inner, at_fans = with_fans(inner, boundary, size)
     if core is not None:
@@ -114,10 +126,13 @@ def attempt(
         if any(same_start(points, boundary, *start) for start in tried):
             return None
         tried.append((points, boundary))
-    if inner is lattice.points:
+    if inner is lattice.points and not len(ears):
         start = whole(delaunay_around(points, boundary, outer, lattice.patch), outline)
     else:
-        start = whole(constrained_delaunay(points, boundary), outline)
+        start = constrained_delaunay(points, boundary)
+        if len(ears) and len(start.unrecovered):
+            return attempt(face, outline, size, options, number, inside, sizes, lone, along, tried, False)
+        start = whole(start, outline)
     even: tuple[int, float] | None = None
     others = sizes is not None or along is not None or len(lone) or len(long)
     beside = None if others else room_of(core, lattice.spacing / size)
@@ -132,7 +147,8 @@ def attempt(
         outcome = optimise(smooth(filled, outline.tracks), outline.tracks, asked)
     outcome, longest = level(outcome, outline.tracks, asked, even)
     outcome = shortened(outcome, outline.tracks, size, asked, sizes, along, longest)
-    return thinned(outcome, size, asked, beside), core
+    outcome = thinned(outcome, size, asked, beside)
+    return with_ears(outcome, face, ears) if len(ears) else outcome, core
 
 
 def room_of(core: Core | None, spacing: float) -> tuple[int, float]:
@@ -308,6 +324,8 @@ class FaceMesher:
             done = self.finer.get(f, 0)
             if not best.excess or self.settled or self.pattern is not None or done >= self.options.rounds:
                 break
+            if self._is_hopeless(f, best):
+                break
             if self._spent(f):
                 best = replace(best, budget_exhausted=True)
                 break
@@ -344,6 +362,8 @@ class FaceMesher:
                 self.effort[f] = self.effort.get(f, 0) + found[0].effort
             if best is not None and (best[0].excess == 0 or self._spent(f)):
                 break
+            if best is not None and number >= SPLIT_SHARED_FROM and self._is_hopeless(f, best[0]):
+                break
         if best is None:
             raise OptionError(f"attempts is {self.options.attempts}", fix="allow at least one")
         return best
@@ -365,6 +385,18 @@ class FaceMesher:
     def _spent(self, f: int) -> bool:
         """Whether the effort that a face may cost is spent."""
         return self.effort.get(f, 0) > EFFORT
+
+    def _is_hopeless(self, f: int, outcome: OptimiseOutcome) -> bool:
+        """Whether all flaws of a face lie at legs beside which there are no valid triangles at any size."""
+        legs, edges = self.sizing.legs, self.sizing.outlines[f].edges
+        if not legs.radius.any() or not legs.hopeless[edges].any():
+            return False
+        boundary = self.sizing.boundary(f, self.nodes)
+        at_end = legs.hopeless[edges[boundary.track], :, None] & (boundary.t[:, None] == np.array([[0.0], [1.0]]))
+        ends = boundary.points[boundary.segments[at_end.any(axis=(1, 2))]]
+        reach = HOPELESS_REACH * np.hypot(*(ends[:, 1] - ends[:, 0]).T)
+        away = np.linalg.norm(np.array(outcome.worst)[:, None, None] - ends, axis=3).min(axis=2)
+        return bool((away <= reach).any(axis=1).all())
 
     def _attempts(self, f: int) -> Sequence[int]:
         """Numbers of the attempts to make; none that splits shared edges once their nodes are settled."""

@@ -17,9 +17,10 @@ from fubini._values import value
 from fubini.errors import GeometryError
 from fubini.sampling import _kernels_boundary as kernels
 from fubini.sampling import _kernels_sizes as kernels_of_sizes
-from fubini.sampling.legs import SHARP, Legs
+from fubini.sampling.legs import Legs
 from fubini.sampling.network import Network
 from fubini.sampling.outline import Outline
+from fubini.sampling.ratios import SHARP
 from fubini.sampling.tables import EdgeTables, SizeOptions, sample_track
 from fubini.sampling.tangles import chords_to_halve
 from fubini.tracks import evaluate

@@ -19,8 +19,10 @@ Float = NDArray[np.float64]
 
 #: Neighbouring segments that differ by more than this get a fan ...
 STEEP = 4.0
-#: ... and by more than this where one of them is much longer than asked.
+#: ... and by more than this where one of them is much longer than asked ...
 STEEP_AT_LONG = 1.3
+#: ... or the base of a corner that is cut off: the turn beside it is less.
+STEEP_AT_BASE = 2.0
 #: Angle of a sector, radians ...
 SECTOR = math.pi / 4.0
 #: ... and where the segments differ by more than the second number: five in half a turn go furthest, up to 16.3.
@@ -66,6 +68,7 @@ def with_fans(inner: Float, boundary: Boundary, size: float) -> tuple[Float, Flo
     following = leaving[b]
     ratio = length[following] / length
     steep = np.where(np.maximum(length[following], length) > LONG_SEGMENT * size, STEEP_AT_LONG, STEEP)
+    steep = np.where((boundary.track < 0) | (boundary.track[following] < 0), np.minimum(steep, STEEP_AT_BASE), steep)
     for k in np.flatnonzero((ratio > steep) | (ratio < 1.0 / steep)):
         fan, ray = _fan(boundary, int(b[k]), points[b[following[k]]], points[a[k]])
         if len(fan):

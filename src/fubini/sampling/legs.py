@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from fubini.sampling._kernels_legs import chord_parameter
 from fubini.sampling.network import Network
 from fubini.sampling.outline import Outline
+from fubini.sampling.ratios import EASY_GAPS, LONG_STEP, MOST_GAPS, SHARP, STEP, best_ratio, chained, least_steps
 from fubini.sampling.tables import EdgeTables, SizeOptions
 from fubini.tracks import evaluate
 from fubini.tracks.table import LINE
@@ -23,8 +24,6 @@ from fubini.triangulation.value import LOCKED, Boundary
 
 Float = NDArray[np.float64]
 
-#: Corners below this (degrees) are covered by one triangle: two halves would be too sharp.
-SHARP = 50.0
 #: Corners below this (degrees) have one triangle alone that will do, or none: its legs are held in all faces.
 NARROW = 27.0
 #: Legs are short enough where their chords open by this share of the angle between the tangents; of narrow corners, by
@@ -34,17 +33,12 @@ OPENING = (0.93, 0.96)
 LEG_SHARE = 0.34
 #: ... and that a leg beside a wall may take of an edge that has no other leg.
 LONG_SHARE = 0.9
-#: Where a leg borders another face too, the next segment there must not be shorter by more than this: five valid
-#: triangles about a node on a straight edge span at most a ratio of 16.3.
-STEP = 8.0
 #: Where that cannot be had, a ratio up to this is tried ...
 LARGEST_STEP = 15.0
-#: ... and legs much longer than asked are made as long as this needs.
-LONG_STEP = 12.0
-#: Gaps that the next segment may be long where one side of the corner is beside a wall, and where both are.
-MOST_GAPS = (2.8, 1.95)
 #: ... and where no leg would be long enough for that; with two walls one leg must be longer by so many gaps then.
 FLATTEST, TILT = 2.95, 1.45
+#: A valid triangle's base is no longer than so many times its height, which in a wedge is that where it ends.
+MOST_FLAT = 3.1
 #: For the sake of ``STEP`` a leg may be this many times as long as asked; for ``LONG_STEP`` as long as need be.
 LONGEST_LEG = 1.7
 #: Other edges at the vertex of a leg longer than asked start with a segment no shorter than the leg over this.
@@ -71,6 +65,8 @@ class Legs:
     lengthened : (e, 2) legs that are as long as a wall beside them needs.
     tilt : (e, 2) by how much one leg of a corner is longer than ``radius``, for the sake of walls on both sides.
     longest : (v,) longest leg over the size at a vertex.
+    factor : (e, 2) by how much legs are longer than ``radius`` in proportion, 1 at most.
+    hopeless : (e, 2) legs beside which no valid triangles fit on one side or the other, whatever their lengths.
     narrowest : (e, 2) least angle (degrees) of the sharp corners, of whatever faces, that a leg belongs to.
     """
 
@@ -82,8 +78,10 @@ class Legs:
         self._walled: list[tuple[Outline, int, int, float, list[tuple[int, int]]]] = []
         if network.sharpest >= SHARP:
             return
-        self.held, self.lengthened = np.zeros((2, *self.radius.shape), bool)
-        self.tilt = np.zeros(self.radius.shape)
+        self.shared = network.uses > 1
+        self.held, self.lengthened, self.hopeless = np.zeros((3, *self.radius.shape), bool)
+        self.tilt, self.factor = np.zeros(self.radius.shape), np.ones(self.radius.shape)
+        self._across: dict[tuple[int, int], tuple[int, int]] = {}
         self.narrowest = np.full(self.radius.shape, SHARP)
         for face, outline in enumerate(self.outlines):
             if outline.sharpest < SHARP:
@@ -113,19 +111,23 @@ class Legs:
 
     def lengthen(self) -> None:
         """Lengthen legs that lie beside another face too, where the next segment would be too short for that face."""
-        widest = self._widest_corners()
-        if not (is_wall(widest, self.narrowest) & (self.radius > 0.0)).any():
+        self._widest = widest = self._widest_corners()
+        if not ((widest > self.narrowest) & (self.radius > 0.0)).any():
             return
+        self._tell_factors()
         shortest = np.full(len(self.longest), np.inf)
         for (_t, s, _h), ends in zip(self.tables, self.ends, strict=True):
             shortest[ends] = np.minimum(shortest[ends], s[-1])
         for outline in self.outlines:
             for c, before in outline.pairs():
                 sides = corner_sides(outline, c, before)
-                walls = [side for side in sides if is_wall(widest[side], outline.angles[c])]
-                if outline.angles[c] >= SHARP or not walls or self.radius[sides[0]] == 0.0:
+                beside = [side for side in sides if widest[side] > outline.angles[c]]
+                if outline.angles[c] >= SHARP or not beside or self.radius[sides[0]] == 0.0:
                     continue
-                self._walled.append((outline, c, before, MOST_GAPS[len(walls) - 1], walls))
+                walls = [side for side in beside if is_wall(widest[side], outline.angles[c])]
+                self._walled.append((outline, c, before, MOST_GAPS[max(len(walls), 1) - 1], beside))
+                if not walls:
+                    continue
                 v = int(self.ends[sides[0]])
                 leg = float(self.radius[sides[0]])
                 longer = self._leg_beside_wall(outline, c, before, leg, float(shortest[v]))
@@ -138,13 +140,41 @@ class Legs:
                         self.radius[side] = min(leg, SLENDER_SHARE * shortest[v])
 
     def _widest_corners(self) -> Float:
-        """Angle in degrees of the widest corner, of whatever face, at each end of the edges (e, 2)."""
+        """Angle in degrees of the widest corner, of whatever face, at each end of the edges (e, 2).
+
+        Notes the other side of each of them.
+        """
         widest = np.zeros((len(self.ends), 2))
         for outline in self.outlines:
             for c, before in outline.pairs():
-                for side in corner_sides(outline, c, before):
-                    widest[side] = max(widest[side], outline.angles[c])
+                sides = corner_sides(outline, c, before)
+                for side, other in (sides, sides[::-1]):
+                    if outline.angles[c] > widest[side]:
+                        widest[side], self._across[side] = outline.angles[c], other
         return widest
+
+    def _tell_factors(self) -> None:
+        """Let legs differ at corners whose neighbours are so narrow that equal ones leave no room for valid triangles.
+
+        Ratios are passed on from edge to edge about a vertex; where they do not close up, its legs stay equal.
+        """
+        links: dict[int, list[tuple[tuple[int, int], tuple[int, int], float]]] = {}
+        for outline in self.outlines:
+            for c, before in outline.pairs():
+                if outline.angles[c] < SHARP and self.radius[(sides := corner_sides(outline, c, before))[0]] > 0.0:
+                    gaps = (self._gap_beyond(side, c, outline) for side in sides)
+                    ratio = best_ratio(float(outline.angles[c]), *gaps)
+                    links.setdefault(int(self.ends[sides[0]]), []).append((*sides, ratio))
+        for at_vertex in links.values():
+            if any(ratio != 1.0 for *_, ratio in at_vertex):
+                factors = chained(at_vertex)
+                for side, factor in factors.items():
+                    self.factor[side] = factor / max(factors.values())
+
+    def _gap_beyond(self, side: tuple[int, int], c: int, outline: Outline) -> float:
+        """Width at the end of a leg, over its length, of the narrowest corner beyond; infinite for none narrower."""
+        narrowest = float(self.narrowest[side])
+        return 2.0 * math.sin(math.radians(0.5 * narrowest)) if narrowest < outline.angles[c] else math.inf
 
     def _leg_beside_wall(self, outline: Outline, c: int, before: int, start: float, shortest: float) -> float:
         """Lengthen the leg from ``start`` until a next segment of no less than the leg over ``STEP`` fits the gap.
@@ -171,30 +201,52 @@ class Legs:
         return math.dist(p, q)
 
     def steps(self, radius: Float) -> Float:
-        """Lengths (e, 2) of the segments beside the legs that a flat wall sees too; 0 where sizes alone decide.
+        """Lengths (e, 2) of the segments beside the legs that a wall sees too; 0 where sizes alone decide.
 
-        They are stretched, as far as valid triangles across the gap go, to be no less than the leg over ``STEP``. Where
-        two walls would need more than ``LONG_STEP``, one of the two legs gets its ``tilt``.
+        They are stretched, as far as valid triangles across the gap go, to be no less than the leg over ``STEP``, or
+        than what triangles beside that of the other corner need (``least_steps``). Where two walls would need more than
+        ``LONG_STEP``, one of the two legs gets its ``tilt``.
         """
         steps = np.zeros((len(self.ends), 2))
-        self.tilt[:] = 0.0
+        self.tilt[:], self.hopeless[:] = radius * (self.factor - 1.0), False
         for outline, c, before, most_gaps, walls in self._walled:
             sides = corner_sides(outline, c, before)
-            leg = float(radius[sides[0]])
+            leg = float(radius[sides[0]] * self.factor[sides[0]])
             gap = self._opening(outline, c, before, leg)
-            gaps = leg / (STEP * gap)
-            if gaps <= self.options.gap:
-                continue
-            wanted = min(leg / (LONG_STEP * gap), FLATTEST)
+            needs = {side: self._needs(side) for side in walls}
+            wanted = min(leg * max(enough for _, enough, _ in needs.values()) / gap, FLATTEST)
             if wanted > most_gaps:
                 if len(walls) == 2:
-                    self.tilt[sides[0]] = TILT * gap * (wanted - most_gaps) / (FLATTEST - most_gaps)
+                    self.tilt[sides[0]] += TILT * gap * (wanted - most_gaps) / (FLATTEST - most_gaps)
                 most_gaps = wanted
             for side in walls:
-                step = min(max(self.options.size, leg / LARGEST_STEP), min(gaps, most_gaps) * gap)
-                steps[side] = min(steps[side], step) if steps[side] > 0.0 else step
-            self._start_beside(int(self.ends[sides[0]]), leg, steps)
+                self.hopeless[side] |= leg * needs[side][2] * (leg - MOST_FLAT * gap) > MOST_FLAT * gap * leg
+                self._stretch(side, leg, gap, needs[side], most_gaps, steps)
         return steps
+
+    def _needs(self, side: tuple[int, int]) -> tuple[float, float, float]:
+        """``least_steps`` of the widest corner beside a leg."""
+        return least_steps(float(self._widest[side]), float(self.factor[self._across[side]] / self.factor[side]))
+
+    def _stretch(
+        self, side: tuple[int, int], leg: float, gap: float, needs: tuple[float, ...], most: float, steps: Float
+    ) -> None:
+        """Stretch the segment beside a leg to what is needed, ``most`` gaps at most, where sizes make it shorter."""
+        flat, wanted = self._widest[side] >= SHARP, leg * needs[0]
+        if not flat:
+            wanted = max(min(wanted, EASY_GAPS * gap), leg * needs[1])
+        if (flat and wanted <= self.options.gap * gap) or (not flat and self._size_beside(side, leg) >= wanted):
+            return
+        step = min(wanted, most * gap)
+        if flat:
+            step = min(max(self.options.size, leg / LARGEST_STEP), step)
+        self._start_beside(int(self.ends[side]), leg, steps)
+        steps[side] = min(steps[side], step) if steps[side] > 0.0 else step
+
+    def _size_beside(self, side: tuple[int, int], leg: float) -> float:
+        """Size that the table of an edge has where its leg ends."""
+        _, s, h = self.tables[side[0]]
+        return float(np.interp(leg if side[1] == 0 else s[-1] - leg, s, h))
 
     def _start_beside(self, vertex: int, leg: float, steps: Float) -> None:
         """Let edges without a leg at the vertex of one start with a segment that the triangles at the leg can stand."""
@@ -289,7 +341,8 @@ class Legs:
     def _base(self, outline: Outline, boundary: Boundary, leave: int, p: int, q: int) -> float:
         """Base from node p to q of the triangle at the start of segment ``leave``, as it is without tilt."""
         base, c = math.dist(boundary.points[p], boundary.points[q]), int(boundary.track[leave])
-        longer = self.tilt[corner_sides(outline, c, int(outline.before[c]))[0]]
+        first, second = corner_sides(outline, c, int(outline.before[c]))
+        longer = self.tilt[first] - self.tilt[second]
         return math.sqrt(max(0.0, base * base - longer * longer)) if longer else base
 
     def shrink(self, outline: Outline, boundary: Boundary, k: int) -> set[int]:
@@ -304,8 +357,8 @@ class Legs:
         e = outline.edges[boundary.track]
         for side in (0, 1):
             for i, t in enumerate((0.0, 1.0)):
-                wide = boundary.angle[boundary.segments[:, side]] >= SHARP
-                boundary.mode[(boundary.t[:, side] == t) & self.held[e, i] & wide] = LOCKED
+                others = self.shared[e] | (boundary.angle[boundary.segments[:, side]] >= SHARP)
+                boundary.mode[(boundary.t[:, side] == t) & self.held[e, i] & others] = LOCKED
 
 
 def is_wall(widest: Float, angle: Float) -> NDArray[np.bool_]:
