@@ -16,7 +16,7 @@ class CommandHelp(Directive):
         from fubini.cli import main
 
         arguments = [*self.arguments, "--help"]
-        result = CliRunner().invoke(main, arguments, prog_name="fubini", terminal_width=96)
+        result = CliRunner().invoke(main, arguments, prog_name="fubini", terminal_width=84)
         if result.exit_code != 0:
             raise self.error(f"fubini {' '.join(arguments)} failed: {result.output}")
         text = f"$ fubini {' '.join(arguments)}\n{result.output}"

@@ -36,7 +36,7 @@ from fubini.cli.outputs import check_paths, tell, write_all
 @click.option("--max-aspect-ratio", type=float, default=2.0, show_default=True, metavar="A",
               help="Triangles at or above this aspect ratio are flawed.")  # fmt: skip
 @click.option("--growth", type=float, default=1.5, show_default=True, metavar="G",
-              help="Largest ratio of neighbouring edge lengths.")  # fmt: skip
+              help="Largest ratio of the sizes of neighbouring triangles.")  # fmt: skip
 @click.option("--turn", type=float, default=43.0, show_default=True, metavar="D",
               help="Largest turning (degrees) of a curve along one segment.")  # fmt: skip
 @click.option("--segments-per-turn", type=int, metavar="N", help="Least number of segments on a full circle.")

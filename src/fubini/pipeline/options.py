@@ -35,7 +35,7 @@ class MeshOptions:
     pattern_turn : quarter turns of the set in degrees: 0, 90, 180 or 270. The dense side of a graded set then lies at
         the upper, left, lower or right limit of every cell.
     min_skew, max_aspect_ratio : bounds of a valid triangle (degrees; ratio).
-    growth : largest ratio of neighbouring edge lengths.
+    growth : largest ratio of the sizes (mean edge lengths) of triangles with a common edge.
     turn : largest turning of the tangent along one boundary segment, degrees.
     segments_per_turn : least number of segments that a full turn of a curve is given; None leaves it to ``turn``.
     chord_tolerance : largest distance of a boundary segment from its curve, model units; None for no limit.
