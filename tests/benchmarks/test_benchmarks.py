@@ -20,7 +20,7 @@ def scripts(monkeypatch):
     """Imports a script by name; its folder is on the path meanwhile."""
     monkeypatch.setattr(sys, "path", [str(PLACE), *sys.path])
     yield importlib.import_module
-    for name in ("generators", "peers", "tables", "compare"):
+    for name in ("generators", "peers", "tables", "compare", "counts"):
         sys.modules.pop(name, None)
 
 
@@ -73,6 +73,20 @@ def test_a_run_that_dies_is_told(scripts):
     assert peers.forked(die) == {"error": "the process ended with status -9"}
     assert peers.forked(lambda: 1 / 0)["error"].startswith("ZeroDivisionError")
     assert peers.forked(lambda: {"cpu": 1.5}) == {"cpu": 1.5}
+
+
+def test_counts_are_those_of_faces_of_one_size(scripts, monkeypatch):
+    counts, peers = scripts("counts"), scripts("peers")
+    monkeypatch.setattr(counts.faces, "thinned", counts.faces.thinned)
+    monkeypatch.setitem(peers.TOOLS, "gmsh 6", lambda region, size: (None, range(300), None))
+    monkeypatch.setattr(counts, "COUNTS", (200,))
+    finer = regions.plate()  # its holes ask for smaller triangles
+    monkeypatch.setattr(counts, "all_faces", lambda: (("square", regions.square()), ("plate", finer)))
+    ((face, count, own, other),) = counts.measure("")
+    assert (face, count, other) == ("square", 200, 1.5)
+    assert 0.9 < own < 1.1
+    text = counts.summary([(face, low, own, other) for low, _ in counts.BINS])
+    assert text.count(f"| 1 | {own:.3f} | {own:.3f} | 0 | 1.500 | 1.500 | 1 |") == len(counts.BINS)
 
 
 def test_ratios_and_tables(scripts, tmp_path):
