@@ -10,7 +10,7 @@ import pytest
 import fubini
 import regions
 from fubini import certificate
-from fubini.pipeline import run
+from fubini.pipeline import judging
 
 
 @pytest.fixture
@@ -29,11 +29,11 @@ def test_threads_change_no_certificate_and_serve_large_faces_only(two_squares, l
         return certify_face(*arguments, **options)
 
     monkeypatch.setattr(certificate, "certify_face", noted)
-    monkeypatch.setattr(run, "LARGE", least)
+    monkeypatch.setattr(judging, "LARGE", least)
     found = []
     for cores in (1, 2):
         used.clear()
-        monkeypatch.setattr(run, "cores", lambda cores=cores: cores)
+        monkeypatch.setattr(judging, "cores", lambda cores=cores: cores)
         found.append(fubini.mesh(two_squares, 0.1).certificate)
         assert used == [threads and cores == 2] * 2
     assert found[0] == found[1]
@@ -45,7 +45,7 @@ def test_errors_of_threads_reach_the_caller(two_squares, monkeypatch):
         raise RuntimeError("no verdict")
 
     monkeypatch.setattr(certificate, "certify_face", failing)
-    monkeypatch.setattr(run, "LARGE", 10)
-    monkeypatch.setattr(run, "cores", lambda: 2)
+    monkeypatch.setattr(judging, "LARGE", 10)
+    monkeypatch.setattr(judging, "cores", lambda: 2)
     with pytest.raises(RuntimeError, match="no verdict"):
         fubini.mesh(two_squares, 0.1)

@@ -38,7 +38,7 @@ def cells(
     check_outputs(source, [output])
 
     import fubini
-    from fubini.pipeline.run import select_faces
+    from fubini.pipeline.selection import select_faces
     from fubini.report import plot_cells
 
     model = select_faces(fubini.load(source), faces, select)

@@ -2,40 +2,32 @@
 
 from __future__ import annotations
 
-import threading
 import time
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
-from functools import partial
-from itertools import accumulate
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fubini import certificate
-from fubini._turns import cores
 from fubini.errors import FubiniError, GeometryError, OptionError
-from fubini.measure import numbering
-from fubini.model import Model, SkippedFace
+from fubini.model import Model
 from fubini.naming import Names
 from fubini.pipeline.assemble import Assembly, assemble
-from fubini.pipeline.cracks import crack_edges, lips, open_cracks, with_segments
-from fubini.pipeline.faces import FaceMesher, FaceResult
+from fubini.pipeline.cracks import crack_edges, open_cracks, with_segments
+from fubini.pipeline.faces import FaceMesher
+from fubini.pipeline.judging import certify_faces
 from fubini.pipeline.names import name_mesh, resolve_names
 from fubini.pipeline.options import MeshOptions, Progress, check_count, pick_size
 from fubini.pipeline.pattern import PatternPoints, pattern_points
 from fubini.pipeline.plane import plane_model
 from fubini.pipeline.points import with_points
+from fubini.pipeline.selection import select_faces, without_inner_edges
 from fubini.pipeline.sizes import face_sizes, size_options
 from fubini.region import Region
-from fubini.result import Certificate, FaceCertificate, Mesh
+from fubini.result import Certificate, Mesh
 from fubini.sampling.boundary import BoundarySizing, Outline
 from fubini.sampling.network import Network
-from fubini.tracks import evaluate
-
-#: Triangles from which on judging a face is worth a thread.
-LARGE = 50_000
 
 
 def load(source: Any, **reading: Any) -> Model:
@@ -170,7 +162,7 @@ def mesh(
     clock.lap("assemble")
     whole, named = open_cracks(whole, name_mesh(model, whole, wanted), parting)
     clock.lap("names")
-    verdict = _certify(model, outlines, whole, results, checked)
+    verdict = certify_faces(model, outlines, whole, results, checked)
     clock.lap("certificate")
     result = _mesh_value(model, whole, named, verdict, length, clock)
     if order == 2:
@@ -199,43 +191,6 @@ def _options(size: float | None, options: dict[str, Any]) -> MeshOptions:
     return MeshOptions(**{k: v.item() if isinstance(v, np.generic) else v for k, v in given.items()})
 
 
-def select_faces(model: Model, faces: Iterable[int] | None, name: str | None) -> Model:
-    """The model with only the faces of these indices or of this name.
-
-    Raises OptionError when there is no such planar face.
-    """
-    if faces is None and name is None:
-        return model
-    wanted = {face.index for face in model.faces}
-    if faces is not None:
-        asked = {int(f) for f in faces}
-        missing = sorted(asked - wanted)
-        if missing:
-            raise OptionError("no planar face with this index", file=model.source, face=missing[0])
-        if not asked:
-            raise OptionError("no face is asked for: the list of faces is empty", file=model.source)
-        wanted &= asked
-    if name is not None:
-        wanted &= {face.index for face in model.faces if face.name == name}
-        if not wanted:
-            names = sorted({face.name for face in model.faces if face.name})
-            fix = "names are " + ", ".join(names) if names else "the source names no face"
-            raise OptionError(f"no planar face is named {name!r}", file=model.source, fix=fix)
-    left = [f for f in model.faces if f.index not in wanted]
-    skipped = tuple(SkippedFace(f.index, "plane", "not selected", f.name) for f in left)
-    return replace(model, faces=tuple(f for f in model.faces if f.index in wanted), skipped=model.skipped + skipped)
-
-
-def without_inner_edges(model: Model, pattern: str) -> Model:
-    """The model with outlines alone: the paper's sets know nothing of edges and points inside a face."""
-    edges, points = (sum(len(part) for part in parts) for parts in zip(*((f.inner, f.points) for f in model.faces)))
-    if not edges + points:
-        return model
-    note = f"pattern {pattern}: {edges} edges and {points} points inside faces are not followed"
-    faces = tuple(replace(face, inner=(), points=()) for face in model.faces)
-    return replace(model, faces=faces, notes=(*model.notes, note))
-
-
 def outline_faces(model: Model) -> list[Outline]:
     """Outlines of all faces; their edges and vertices go by the running numbers of ``model.numbering``."""
     outlines = []
@@ -254,68 +209,6 @@ def lay_pattern(model: Model, outlines: list[Outline], options: MeshOptions) -> 
         return None
     how = options.pattern, options.pattern_direction, options.pattern_turn // 90
     return [pattern_points(f.region, o, *how) for f, o in zip(model.faces_cut, outlines, strict=True)]
-
-
-def _certify(
-    model: Model,
-    outlines: list[Outline],
-    whole: Assembly,
-    results: list[FaceResult],
-    options: MeshOptions,
-) -> Certificate:
-    """Judge what is shipped: every face by the points and triangles of the whole mesh.
-
-    Large faces are judged beside each other where there are cores for it: they share nothing that changes.
-    """
-    bounds = {"min_skew": options.min_skew, "max_aspect_ratio": options.max_aspect_ratio}
-    counts = [result.mesh.triangle_count for result in results]
-    starts = [0, *accumulate(counts)]
-    scratch = threading.local()
-
-    def judge(k: int) -> FaceCertificate:
-        if not hasattr(scratch, "number"):
-            scratch.number = numbering(len(whole.points))
-        part = slice(starts[k], starts[k + 1])
-        outline, outcome = outlines[k], results[k].outcome
-        return certificate.certify_face(
-            model.faces[k], whole.points, whole.triangles[part],
-            _judged(model, outline, whole, results[k], part, whole.nodes_of_face[k]),
-            partial(evaluate, outline.exact), diagonal=model.diagonal, moves=outcome.moves,
-            budget_exhausted=outcome.budget_exhausted, number=scratch.number, **bounds,
-        )  # fmt: skip
-
-    threads = min(cores(), sum(count > LARGE for count in counts))
-    if threads > 1:
-        from concurrent.futures import ThreadPoolExecutor  # few models are so large, and it takes time to load
-
-        with ThreadPoolExecutor(threads) as pool:
-            faces = list(pool.map(judge, range(len(counts))))
-    else:
-        faces = [judge(k) for k in range(len(counts))]
-    return certificate.certify(faces, skipped_faces=len(model.skipped), notes=model.notes, **bounds)
-
-
-def _judged(
-    model: Model,
-    outline: Outline,
-    whole: Assembly,
-    result: FaceResult,
-    part: slice,
-    numbers: NDArray[Any],
-) -> certificate.Outline:
-    """The boundary of a face, whose triangles are this part of the whole, tied to its curves."""
-    boundary, edges = result.mesh.boundary, model.numbering.edges[outline.edges].tolist()
-    segments = lips(whole, part, numbers[boundary.segments].astype(np.int32))
-    first = np.flatnonzero(boundary.t[:, 0] == np.where(outline.forward, 0.0, 1.0)[boundary.track])
-    return certificate.Outline(
-        segments=segments,
-        curve=boundary.track,
-        t=boundary.t,
-        corners=segments[first, 0],
-        angles=outline.angles[boundary.track[first]],
-        edges=dict(enumerate(edges)),
-        slack=max(model.slack[e] for e in edges),
-    )
 
 
 def _mesh_value(model: Model, whole: Assembly, named: Names, verdict: Certificate, size: float, clock: _Clock) -> Mesh:
