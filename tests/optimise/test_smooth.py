@@ -195,27 +195,6 @@ def test_pulls_worked_out_together_are_those_of_one_triangle_after_the_other(in_
     np.testing.assert_allclose(together, apart, rtol=1e-9)
 
 
-def test_nodes_that_rest_stay_and_their_triangles_are_left_out():
-    """One node of a lattice awake: its star stays active, it alone moves, and the others have nowhere to go back to."""
-    start = triangulated(0.1, 0.03 + 0.94 * np.random.default_rng(5).random((80, 2)))
-    node = len(start.boundary.points) + 7
-
-    class Fake:
-        points, tri = start.points, start.triangles
-        counts = np.array([len(start.points), len(start.triangles)])
-
-    awake = np.full(len(start.points), kernels.MOVES)
-    awake[node] = kernels.AWAKE
-    was, active = np.full((len(start.points), 3), -1.0), np.arange(len(start.triangles))
-    left = kernels.narrow.py_func(Fake, awake, active, len(active), was.reshape(-1))
-    assert active[:left].tolist() == np.flatnonzero((start.triangles == node).any(1)).tolist()
-    assert np.flatnonzero(awake).tolist() == [node]
-    assert awake[node] == kernels.AWAKE + kernels.MOVES
-    rest = np.arange(len(awake)) != node
-    assert np.array_equal(was[rest, :2], start.points[rest])
-    assert (was[node] == -1.0).all()
-
-
 @pytest.mark.parametrize(("x", "y"), [(0.1, 0.05), (-0.3, 0.2), (0.5, -0.25)])
 def test_pulls_are_the_fall_of_the_cost(x, y, in_python):
     """At all nodes of a lopsided hexagon; the steps of its centre by them lead to the bottom."""

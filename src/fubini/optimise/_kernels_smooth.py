@@ -9,9 +9,8 @@ a triangle is looked at once, not from every corner, and nobody asks which trian
 is upside down after a sweep has its corners put back.
 
 Most nodes lie on a lattice and are at rest. In the first round those of triangles that are not good to begin with are
-awake, in the next ones those that gained by their last move, and where an edge was flipped: they move, and in the first
-two rounds the ones beside them. Later the nodes that gain become fewer with each sweep, and so do the triangles looked
-at.
+awake, in the next ones those that gained by their last move, and where an edge was flipped: they move, and the ones
+beside them.
 """
 
 from __future__ import annotations
@@ -34,9 +33,9 @@ FALL, GAIN = 1e-3, 5e-3
 #: what is noted of nodes, as bits
 AWAKE, MOVES = 1, 2
 #: length of a step over Newton's, share of the step before that is added
-OVER, AGAIN = 1.2, 0.3
-#: sweeps before edges are flipped: the first time, when many are flipped, the second time, and later
-SWEEPS = 1, 3, 3
+OVER, AGAIN = 1.5, 0.1
+#: sweeps before edges are flipped: the first time, when many are flipped, and later
+SWEEPS = 1, 3
 #: an angle is acute where the product of its sides is more than this share of their squares
 ACUTE = 1e-12
 #: what is noted of a node before it moves: where it was, on the boundary also its parameter
@@ -94,26 +93,6 @@ def gather(S, awake, active, sums, was):
         k += (awake[tri[t, 0]] | awake[tri[t, 1]] | awake[tri[t, 2]]) >> 1
     forget_all(sums, n)
     return k
-
-
-@inner
-def narrow(S, awake, active, k, was):
-    """Of the first k active triangles those stay active that have a corner awake, and these corners alone are to move.
-
-    How many stay. None may be upside down: the nodes that rest from now on never go back.
-    """
-    points, tri, left = S.points, S.tri, 0
-    for v in range(S.counts[NODES]):
-        if awake[v] & AWAKE:
-            awake[v] = AWAKE + MOVES
-        else:
-            awake[v] = 0
-            was[WAS * v], was[WAS * v + 1] = points[v, 0], points[v, 1]
-    for q in range(k):
-        t = active[q]
-        active[left] = t
-        left += (awake[tri[t, 0]] | awake[tri[t, 1]] | awake[tri[t, 2]]) & AWAKE
-    return left
 
 
 @inner
@@ -268,10 +247,7 @@ def smooth(S, W, fixed, rounds):
     total = 0
     for turn in range(rounds):
         k, done = gather(S, awake, S.stack, sums, was), 0
-        for _ in range(SWEEPS[min(turn, 2)]):
-            if turn > 1:
-                repair(S, S.stack, k, rim, was)
-                k = narrow(S, awake, S.stack, k, was)
+        for _ in range(SWEEPS[min(turn, 1)]):
             most = sweep(S, fixed, turn > 0, awake, S.stack, k, rim, sums, was, W.lanes)
             done += most > 0.0
             if most < FALL:

@@ -18,7 +18,7 @@ from fubini.tracks import NO_TRACKS, Tracks
 from fubini.triangulation.value import Triangulation
 
 #: Rounds of sweeps and flips.
-ROUNDS = 3
+ROUNDS = 2
 #: Room for nodes that are split.
 SPARE = 500
 #: Skewness (degrees) below which evening out brings no triangle, in each of its rounds.
