@@ -12,9 +12,12 @@ import subprocess
 import sys
 import tempfile
 import time
+from pathlib import Path
 
 import numpy as np
 from scipy.spatial import Delaunay
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "src"))
 
 from fubini.triangulation.constrained import constrained_delaunay
 from fubini.triangulation.value import Boundary

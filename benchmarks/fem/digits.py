@@ -3,15 +3,23 @@
 Run: ``python benchmarks/fem/digits.py``. The function exp(x) cos(2 y) is integrated over three regions with curved
 edges, by Gauss' rule of degree 4 on T3 and on T6 elements (scikit-fem, 6 points each), at sizes that halve; and through
 the mapping of the cells with 2 to 10 points across. Printed are the counts at which each digit of the integral is
-first reached and kept, interpolated between sizes on logarithmic scales.
+first reached and kept, interpolated between sizes on logarithmic scales; a part of them makes the table of the docs,
+theory of cells.
 """
 
 from __future__ import annotations
 
 import math
+import sys
+from pathlib import Path
 
 import numpy as np
 import skfem
+
+sys.path.insert(0, str(Path(__file__).parent.parent))
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "src"))
+
+import tables
 
 import fubini
 from fubini.cells import decompose, integrate
@@ -21,6 +29,8 @@ from fubini.region import Loop, Region
 SIZES = [0.4 / 2**k for k in range(7)]
 DIGITS = range(1, 11)
 RULE = 4
+#: Regions and digits of the table in the docs.
+SHOWN, EVERY = ("quarter disk", "ellipse with hole"), 2
 
 
 def regions() -> dict[str, Region]:
@@ -68,8 +78,8 @@ def by_cells(region: Region) -> list[tuple[int, float]]:
     return rows
 
 
-def counts(rows: list[tuple[int, float]], exact: float) -> list[float]:
-    """The count at which each digit is reached and kept; not a number beyond the last row."""
+def counts(rows: list[tuple[int, float]], exact: float) -> list[str]:
+    """The count at which each digit is reached and kept; more than the last row has, said once, beyond that."""
     found = []
     n = np.array([row[0] for row in rows], float)
     error = np.array([max(abs(row[1] / exact - 1.0), 1e-16) for row in rows])
@@ -78,26 +88,30 @@ def counts(rows: list[tuple[int, float]], exact: float) -> list[float]:
         goal = 10.0**-digit
         after = np.flatnonzero(error <= goal)
         if not len(after):
-            found.append(math.nan)
+            found.append("" if found and not found[-1][:1].isdigit() else f"over {n[-1]:,.0f}")
         elif after[0] == 0:
-            found.append(n[0])
+            found.append(f"{n[0]:,.0f}")
         else:
             j = after[0]
             share = math.log(error[j - 1] / goal) / math.log(error[j - 1] / error[j])
-            found.append(n[j - 1] * (n[j] / n[j - 1]) ** share)
+            found.append(f"{n[j - 1] * (n[j] / n[j - 1]) ** share:,.0f}")
     return found
 
 
 def main() -> None:
-    """One table for each region."""
+    """Print one table for each region, and write that of the docs."""
+    head, body = ["correct digits"], [[str(digit)] for digit in DIGITS]
     for name, region in regions().items():
-        exact = integrate(region, function, order=24)
-        ways = {"T3": by_elements(region, 1), "T6": by_elements(region, 2), "cells": by_cells(region)}
-        print(f"\n{name}: {exact:.12f}, {len(decompose(region, 'auto'))} cells")
-        print("| digits | T3 elements | T6 elements | points in cells |\n|---|---|---|---|")
-        columns = [counts(rows, exact) for rows in ways.values()]
-        for digit, row in zip(DIGITS, zip(*columns, strict=True), strict=True):
-            print(f"| {digit} | " + " | ".join("" if math.isnan(x) else f"{x:,.0f}" for x in row) + " |")
+        exact, cells = integrate(region, function, order=24), len(decompose(region, "auto"))
+        columns = [counts(rows, exact) for rows in (by_elements(region, 1), by_elements(region, 2), by_cells(region))]
+        titles = [f"{name}: T3", "T6", f"points in {cells} cell{'s' if cells > 1 else ''}"]
+        rows = [list(row) for row in zip(*columns, strict=True)]
+        print(f"\n{name}: {exact:.12f}")
+        print(tables.table(["digits", *titles], [[str(d), *row] for d, row in zip(DIGITS, rows, strict=True)]))
+        if name in SHOWN:
+            head += titles
+            body = [[*old, *new] for old, new in zip(body, rows, strict=True)]
+    (tables.ROOT / "docs" / "theory" / "digits.table").write_text(tables.table(head, body[EVERY - 1 :: EVERY]))
 
 
 if __name__ == "__main__":
