@@ -72,13 +72,12 @@ def third_corners(points, segments, size, corners):
 @inner
 def misfit(corners, number, x, y, dx, dy, spacing):
     """Mean squared distance, in spacings, of the first ``number`` of the corners from nodes of a lattice."""
-    total = 0.0
+    total, across, along = 0.0, 1.0 / spacing, 1.0 / (spacing * ROW)
     for k in range(number):
         px, py = corners[k, 0] - x, corners[k, 1] - y
-        u, v = (px * dx + py * dy) / spacing, (py * dx - px * dy) / (spacing * ROW)
+        u, v = (px * dx + py * dy) * across, (py * dx - px * dy) * along
         row = math.floor(v + 0.5)
-        if row % 2 != 0:
-            u -= 0.5
+        u -= 0.5 * (row & 1)
         u -= math.floor(u + 0.5)
         v = ROW * (v - row)
         total += min(u * u + v * v, WORST)

@@ -9,6 +9,8 @@ import numpy as np
 from fubini._jit import inner, kernel
 
 ROW = 0.8660254037844386  # sqrt(3) / 2
+#: least square of the length of a segment that is divided by
+TINY = 1e-300
 
 
 @inner
@@ -77,8 +79,7 @@ def mark_inside(points, segments, size, h, x0, y0, clearance, g, inside):
         a, b = segments[k, 0], segments[k, 1]
         ax, ay = points[a, 0], points[a, 1]
         ex, ey = points[b, 0] - ax, points[b, 1] - ay
-        square = ex * ex + ey * ey
-        reach = clearance * h
+        inverse, reach = 1.0 / max(ex * ex + ey * ey, TINY), clearance * h
         small = min(size[a], size[b])
         if small < 0.8 * h:
             reach = max(reach, (0.9 * h - small) / g)
@@ -89,14 +90,11 @@ def mark_inside(points, segments, size, h, x0, y0, clearance, g, inside):
             start = x0 + (0.5 * h if j & 1 else 0.0)
             i0 = max(0, math.floor((min(ax, ax + ex) - reach - start) / h))
             i1 = min(columns, math.ceil((max(ax, ax + ex) + reach - start) / h) + 1)
-            for i in range(i0, i1):
-                if inside[j, i] == 0:
-                    continue
+            for i in range(i0, i1):  # with no branches: which nodes are near nobody can foresee
                 px, py = start + i * h - ax, y - ay
-                along = px * ex + py * ey
-                q = 0.0 if along <= 0.0 else 1.0 if along >= square else along / square
-                if (px - q * ex) ** 2 + (py - q * ey) ** 2 < reach * reach:
-                    inside[j, i] = 0
+                q = min(1.0, max(0.0, (px * ex + py * ey) * inverse))
+                px, py = px - q * ex, py - q * ey
+                inside[j, i] &= px * px + py * py >= reach * reach
 
 
 @kernel

@@ -174,7 +174,7 @@ class BoundarySizing:
         """
         boundary, options, outline = self.boundary(face, nodes), self.options, self.outlines[face]
         n = len(boundary.points)
-        triangles, neighbours, _, lost, status, *_ = triangulate_all(boundary.points, boundary.segments, n)
+        triangles, neighbours, _, lost, status = triangulate_all(boundary.points, boundary.segments, n)
         if len(lost) or len(triangles) == 0 or status:
             lost = constrained_delaunay(boundary.points, boundary).unrecovered
             if last:

@@ -13,6 +13,7 @@ from fubini._jit import inner, kernel
 from fubini._kernels_predicates import orient
 from fubini.triangulation._kernels_extract import extract
 from fubini.triangulation._kernels_order import insertion_order
+from fubini.triangulation._kernels_rest import cut_out, fit_in
 from fubini.triangulation._kernels_strip import between
 from fubini.triangulation._kernels_topology import (
     DONE,
@@ -294,28 +295,39 @@ def enclosed(points, segments, fixed):
 
 
 @inner(allocates=True)
+def completed(points, segments, fixed, hanging, sewn, beside, left):
+    """Triangles and neighbours of a strip of which ``between`` has sewn a part; none where the rest does not fit."""
+    nodes, some, ends, first = cut_out(points, segments, fixed, hanging, sewn, left)
+    more, across, dropped, lost, status = enclosed(some, ends, first)
+    if status != 0 or lost.shape[0] > 0:
+        return sewn[:0], sewn[:0]
+    k, h = segments.shape[0], hanging.shape[0]
+    return fit_in(points, fixed, k, h, sewn, beside, left, nodes, more, across, dropped)
+
+
+@inner(allocates=True)
 def triangulated(points, segments, fixed, outer, hanging):
     """Constrained Delaunay triangulation of the region on the left of the segments (k, 2) of points (n, 2).
 
     Of the segments those from ``outer`` on are the rim of a patch, whose nodes come from ``fixed`` on; hanging (h, 2) :
     edges between these that are at least as good as any to begin with, both ways, one behind the other.
     Returns triangles (m, 3), neighbours (m, 3), dropped (d,) indices from ``fixed`` on of points left out,
-    unrecovered (u,) segments that are no edges, a status: 0 or bits named above; left (r,): where it is not empty
-    the triangles are a part of the whole, see ``between``; and the edges hanging that it refers to.
+    unrecovered (u,) segments that are no edges, and a status: 0 or bits named above.
     """
     none, nothing = np.empty((0, 3), np.int32), np.empty(0, np.int32)
     status = refusal(points, segments)
     if status:
-        return none, none, nothing, nothing, status, nothing, hanging
+        return none, none, nothing, nothing, status
     if outer < segments.shape[0]:
         out, across, left, ends = between(points, segments, fixed, outer, hanging)
+        if left.shape[0] > 0:
+            out, across = completed(points, segments, fixed, ends, out, across, left)
         if out.shape[0] > 0:
-            return out, across, nothing, nothing, 0, left, ends
-    out, across, dropped, lost, status = enclosed(points, segments, fixed)
-    return out, across, dropped, lost, status, nothing, hanging
+            return out, across, nothing, nothing, 0
+    return enclosed(points, segments, fixed)
 
 
-@kernel(allocates=True)
+@inner(allocates=True)
 def glue(triangles, neighbours, nodes, fixed, segments, patch, beside, half_edges):
     """A triangulation and a patch as one: triangles (m, 3) and neighbours (m, 3), those of the patch last.
 
@@ -346,8 +358,7 @@ def triangulate(points, segments, fixed, outer, hanging, nodes, patch, beside, h
     """``triangulated``, and glued to the patch of these ``nodes``, if there are any, unless it says that something is
     wrong or missing: see ``glue``.
     """
-    out, across, dropped, lost, status, left, ends = triangulated(points, segments, fixed, outer, hanging)
-    sound = status == 0 and dropped.shape[0] == 0 and lost.shape[0] == 0 and left.shape[0] == 0
-    if nodes.shape[0] > 0 and sound:
+    out, across, dropped, lost, status = triangulated(points, segments, fixed, outer, hanging)
+    if nodes.shape[0] > 0 and status == 0 and dropped.shape[0] == 0 and lost.shape[0] == 0:
         out, across = glue(out, across, nodes, fixed, outer, patch, beside, half_edges)
-    return out, across, dropped, lost, status, left, ends
+    return out, across, dropped, lost, status

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fubini._jit import inner, kernel
+from fubini._jit import inner
 from fubini.triangulation._kernels_strip import put_in, twin_of
 from fubini.triangulation._kernels_topology import DONE, fill_vertex_triangle, legalise
 
@@ -26,7 +26,7 @@ def nodes_of_rest(ends, sewn, n):
     return nodes[:count], place
 
 
-@kernel(allocates=True)
+@inner(allocates=True)
 def cut_out(points, segments, fixed, hanging, sewn, left):
     """Region that the edges ``left`` (r,) enclose, all nodes in no triangle of ``sewn`` (m, 3) in it: see ``between``.
 
@@ -62,7 +62,7 @@ def name_nodes(nodes, dropped, corners):
             corners[t, i] = nodes[corners[t, i]]
 
 
-@kernel(allocates=True)
+@inner(allocates=True)
 def fit_in(points, fixed, k, hanging, sewn, beside, left, nodes, more, across, dropped):
     """Triangles ``sewn`` (m, 3), neighbours ``beside`` (m, 3), and those of what was cut out, as one.
 

@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fubini.errors import FubiniError, GeometryError, OptionError
-from fubini.triangulation._kernels_cdt import NOT_A_POINT, NOT_DELAUNAY, NOT_FINITE, glue, triangulate
-from fubini.triangulation._kernels_rest import cut_out, fit_in
+from fubini.triangulation._kernels_cdt import NOT_A_POINT, NOT_DELAUNAY, NOT_FINITE, triangulate
 from fubini.triangulation.value import Boundary, Patch, Triangulation
 
 #: Edges between nodes of a patch, where there is none; nodes and triangles of one, neighbours of these, open edges.
@@ -45,7 +44,7 @@ def constrained_delaunay(points: ArrayLike, boundary: Boundary) -> Triangulation
     if xy.ndim != 2 or xy.shape[1:] != (2,) or len(xy) < max(fixed, 3):
         raise OptionError(f"points must be (n, 2) with n >= {max(fixed, 3)}, not {xy.shape}")
     segments = np.array(boundary.segments, np.int32, order="C")
-    triangles, neighbours, dropped, unrecovered, status, *_ = triangulate_all(xy, segments, fixed)
+    triangles, neighbours, dropped, unrecovered, status = triangulate_all(xy, segments, fixed)
     if status & NOT_FINITE:
         raise OptionError("points must be finite")
     if status & NOT_A_POINT:
@@ -71,40 +70,15 @@ def delaunay_around(points: NDArray[np.float64], boundary: Boundary, outer: Boun
     outer : the part of the boundary that does not lie at the patch: the first nodes and segments of ``boundary``, those
     that the patch was made for.
     """
-    fixed, k = len(outer.points), len(outer.segments)
-    known = patch.nodes, patch.triangles, patch.neighbours, patch.open
-    found = triangulate(patch.points, patch.segments, fixed, k, patch.hanging, *known)
-    triangles, neighbours, dropped, unrecovered, status, left, _ = found
-    if len(left):
-        found = completed(patch.points, patch.segments, fixed, *found)
-        triangles, neighbours, dropped, unrecovered, status, *_ = found
+    triangles, neighbours, dropped, unrecovered, status = triangulate(
+        patch.points, patch.segments, len(outer.points), len(outer.segments), patch.hanging,
+        patch.nodes, patch.triangles, patch.neighbours, patch.open,
+    )  # fmt: skip
     if status or len(dropped) or len(unrecovered):
         return constrained_delaunay(points, boundary)
-    if len(left):
-        triangles, neighbours = glue(triangles, neighbours, patch.nodes, fixed, k, *known[1:])
     return Triangulation(points, triangles, neighbours, boundary)
 
 
 def triangulate_all(points: NDArray[np.float64], segments: NDArray[np.int32], fixed: int) -> Any:
     """``triangulated`` (``_kernels_cdt``) where nothing is known."""
     return triangulate(points, segments, fixed, len(segments), NO_EDGES, *NO_PATCH)
-
-
-def completed(
-    points: NDArray[np.float64],
-    segments: NDArray[np.int32],
-    fixed: int,
-    sewn: NDArray[np.int32],
-    beside: NDArray[np.int32],
-    *others: Any,
-) -> Any:
-    """``triangulated`` of a strip of which a part was sewn: what is left by itself, or all of it where that fails."""
-    *_, left, hanging = others
-    nodes, some, ends, first = cut_out(points, segments, fixed, hanging, sewn, left)
-    more, across, dropped, lost, status, *_ = triangulate_all(some, ends, first)
-    if status == 0 and not len(lost):
-        rows = len(segments), len(hanging)
-        triangles, neighbours = fit_in(points, fixed, *rows, sewn, beside, left, nodes, more, across, dropped)
-        if len(triangles):
-            return triangles, neighbours, *others[:-2], left[:0], hanging
-    return triangulate_all(points, segments, fixed)
