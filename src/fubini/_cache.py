@@ -19,10 +19,10 @@ import numpy as np
 
 from fubini._turns import CHECK
 
-#: Modules that compile, link and load kernels.
+#: Modules that compile, link and load kernels, or lay out what these take.
 COMPILING = (
     "_build", "_builder", "_cache", "_compiler", "_guard", "_image", "_inference", "_jit", "_load", "_lowering",
-    "_operations", "_reference",
+    "_operations", "_packed", "_reference",
 )  # fmt: skip
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import os
 import shutil
 import subprocess
@@ -16,6 +17,7 @@ import pytest
 import fubini
 import fubini._jit as jit
 import regions
+from fubini._cache import COMPILING
 from fubini._helper import LATER, compile_all, square
 from fubini._packed import words_of
 from fubini._reference import KINDS, Reference
@@ -84,6 +86,16 @@ def test_only_kernel_sources_count(package):
     assert now() == before
     (package / "cells" / "_kernels_new.py").write_text("# new\n")
     assert now() != before
+
+
+def test_kernels_take_values_and_functions_from_what_counts_alone():
+    """A number from another file could change without a new compilation."""
+    root = Path(fubini.__file__).parent
+    for path in root.rglob("_kernels*.py"):
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.ImportFrom) and node.module and node.module.split(".")[0] == "fubini":
+                last = node.module.split(".")[-1]
+                assert last.startswith("_kernels") or last in COMPILING, (path, node.module)
 
 
 def test_unwritable_cache_compiles_in_memory(package, tmp_path):
