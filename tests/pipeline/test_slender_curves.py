@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -71,3 +72,33 @@ def test_lenses_of_arcs_that_are_all_but_straight(rise, other):
     below = low_arc(np.array([-1.0, 0.0]), np.array([1.0, 0.0]), rise * other) if other else Line((-1, 0), (1, 0))
     mesh = certified(chain(above, below), 0.07, most=1_200_000)
     assert mesh.certificate.unavoidable == 2
+
+
+@pytest.mark.parametrize(("corners", "handle", "share"), [(4, 0.01, 5), (4, 0.01, 120), (5, 0.005, 60)])
+def test_legs_that_end_at_a_sample_of_their_curve(corners, handle, share):
+    # cusps as short as the handles of the curves between them, which are all but straight
+    turn = 2.0 * math.pi * np.arange(corners + 1) / corners
+    tips = np.column_stack([np.cos(turn), np.sin(turn)])
+    tips[-1] = tips[0]
+    sides = [Bezier([p, (1.0 - handle) * p, (1.0 - handle) * q, q]) for p, q in pairwise(tips)]
+    region = chain(*sides)
+    mesh = certified(region, region.diagonal / share, most=60_000)
+    assert mesh.certificate.unavoidable == corners
+
+
+@pytest.mark.parametrize("share", [10, 120])
+def test_splines_that_race_up_to_a_knot_and_all_but_stop_there(share):
+    # lengths go with the square of the parameter before the knot: a table of straight lines asked for less and less
+    poles = [
+        (1, 0),
+        (0.6633, 0.4841),
+        (0.4513, 0.7289),
+        (0.1252, 0.8727),
+        (-0.2317, 0.7935),
+        (-0.7005, 0.5669),
+        (-1, 0),
+    ]
+    weights = [52.9, 0.00581, 0.0373, 0.0833, 123.06, 1.233, 4.719]
+    spline = BSpline(2, [0, 0, 0, 0.0687947, 0.5971, 0.7315, 0.9841, 1, 1, 1], poles, weights)
+    region = chain(spline, Line(spline.end, spline.start))
+    certified(region, region.diagonal / share, most=10_000)

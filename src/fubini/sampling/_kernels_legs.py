@@ -103,13 +103,14 @@ def with_leg_ends(kinds, offsets, data, which, first, t, s, cap, h, radius):
         for i in range(a + 1, b + 1):
             inside = low < t[i] < high and i < b
             if inside or (i == b and high == 1.0):
-                step = along(kinds, offsets, data, track, out[0, n - 1], t[i])
-                if step > 0.0:
-                    out[0, n], out[1, n], out[2, n], out[3, n] = t[i], out[1, n - 1] + step, cap[i], h[i]
+                reached = out[1, n - 1] + along(kinds, offsets, data, track, out[0, n - 1], t[i])
+                if reached > out[1, n - 1]:
+                    out[0, n], out[1, n], out[2, n], out[3, n] = t[i], reached, cap[i], h[i]
                     n += 1
         if high < 1.0:
-            step = along(kinds, offsets, data, track, out[0, n - 1], high)
-            out[0, n], out[1, n] = high, out[1, n - 1] + step
+            reached = out[1, n - 1] + along(kinds, offsets, data, track, out[0, n - 1], high)
+            n -= 1 if reached == out[1, n - 1] else 0  # a sample at the same place gives way
+            out[0, n], out[1, n] = high, reached
             out[2, n], out[3, n] = interpolate(high, t, cap, a, b), interpolate(high, t, h, a, b)
             out[0, n + 1], out[1, n + 1], out[2, n + 1], out[3, n + 1] = 1.0, out[1, n] + radius[e, 1], cap[b], h[b]
             n += 2

@@ -18,9 +18,11 @@ FINE_TURN, MOST_SAMPLES = 0.75, 16385
 ROUND = 1e-9
 #: Samples are close enough where chords turn by less than this share of the turning of a segment, ...
 CLOSE = 0.4
-#: ... and where the parameter in the middle is not this many times as far from one end of a chord as from the other; it
-#: is looked for where a chord is so many times as long as one beside it, or longer than this share of the curve.
-UNEVEN, LONGER, LONG = 4.0, 8.0, 0.0625
+#: ... and where the parameter in the middle is not this many times as far from one end of a chord as from the other,
+#: nor the speed at an end so many times that along the chord, or less. Both are looked for where a chord is so many
+#: times as long as one beside it, longer than this share of the curve, or its speed so many times that of one beside
+#: it. The speed at an end is that over this share of the parameter.
+UNEVEN, LONGER, LONG, FASTER, BESIDE = 4.0, 8.0, 0.0625, 2.5, 1.0 / 64.0
 #: Chords this many times as long as what counts as one point may be halved.
 DIVISIBLE = 3.0
 #: Samples that a curve may get beyond the even ones, and rounds of halving: below rounding.
@@ -149,10 +151,23 @@ def turns_at_end(kinds, offsets, data, track, at, far, x, y, far_x, far_y, turn,
 
 @inner
 def is_uneven(kinds, offsets, data, track, t, x, y, i):
-    """Whether half the way from sample i to the next in the parameter is far from half the chord."""
-    px, py = evaluate_one(kinds, offsets, data, track, 0.5 * (t[i] + t[i + 1]))
+    """Whether half the way from sample i to the next in the parameter is far from half the chord, or speed changes.
+
+    Where a curve all but stops at a sample, lengths go with the square of the parameter: on however short a chord, what
+    lies beside that end is far less than a table of straight lines tells.
+    """
+    step = t[i + 1] - t[i]
+    px, py = evaluate_one(kinds, offsets, data, track, t[i] + 0.5 * step)
     a, b = math.hypot(px - x[i], py - y[i]), math.hypot(px - x[i + 1], py - y[i + 1])
-    return a > UNEVEN * b or b > UNEVEN * a
+    if a > UNEVEN * b or b > UNEVEN * a:
+        return True
+    for k in range(2):
+        at = t[i + k] + BESIDE * (1.0 - 2.0 * k) * step
+        px, py = evaluate_one(kinds, offsets, data, track, at)
+        way = math.hypot(px - x[i + k], py - y[i + k])
+        if way > UNEVEN * BESIDE * (a + b) or UNEVEN * way < BESIDE * (a + b):
+            return True
+    return False
 
 
 @inner
@@ -170,9 +185,11 @@ def mark_coarse(kinds, offsets, data, track, turn, blur, t, s, x, y, n, coarse):
         ux, uy, vx, vy, a = x[i] - x[i - 1], y[i] - y[i - 1], x[i + 1] - x[i], y[i + 1] - y[i], b
         b = math.hypot(vx, vy)
         bent = ux * vx + uy * vy < most * a * b
-        if bent or (a > min(LONGER * b, long) and is_uneven(kinds, offsets, data, track, t, x, y, i - 1)):
+        p, q = a * (t[i + 1] - t[i]), b * (t[i] - t[i - 1])  # as the speeds along the two chords
+        jump = p > FASTER * q or q > FASTER * p
+        if bent or ((jump or a > min(LONGER * b, long)) and is_uneven(kinds, offsets, data, track, t, x, y, i - 1)):
             coarse[i - 1] = 1
-        if bent or (b > min(LONGER * a, long) and is_uneven(kinds, offsets, data, track, t, x, y, i)):
+        if bent or ((jump or b > min(LONGER * a, long)) and is_uneven(kinds, offsets, data, track, t, x, y, i)):
             coarse[i] = 1
     for k in range(2):
         i, at, far = ends[k], k * (n - 1), 1 + k * (n - 3)

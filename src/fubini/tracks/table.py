@@ -107,9 +107,9 @@ def rounded(tracks: Tracks, length: float, bits: int) -> Tracks:
     """The same tracks with lengths rounded to ``length`` / 2^bits, angles to 1 / 2^bits and weights to as many bits.
 
     ``length`` is taken down to a power of two, so that scaling by powers of two commutes with it. Angles on arcs larger
-    than that are rounded to what moves a point by no more: on an arc all but straight they would take it far along. Of
-    rational curves the control points are rounded, not what stands in the table: where only small weights count they
-    would go astray.
+    than that, and breaks of curves that run faster, are rounded to what moves a point by no more: on an arc all but
+    straight, or between weights of very different size, they would take it far along. Of rational curves the control
+    points are rounded, not what stands in the table: where only small weights count they would go astray.
     """
     unit = 2.0**-bits
     coordinate = unit * 2.0 ** math.floor(math.log2(length))
@@ -124,11 +124,26 @@ def rounded(tracks: Tracks, length: float, bits: int) -> Tracks:
     for o in tracks.offsets[tracks.kinds == RATIONAL].tolist():
         pieces, degree = int(tracks.data[o + 4]), int(tracks.data[o + 5])
         first = o + 7 + pieces
-        near[o + 4 : first] = np.rint(tracks.data[o + 4 : first] / unit) * unit
         poles = slice(first, first + 3 * pieces * (degree + 1))
         given = tracks.data[poles].reshape(-1, 3)
+        breaks = tracks.data[o + 6 : first]
+        step = min(unit, coordinate * 2.0 ** -math.ceil(math.log2(top_speed(breaks, given.reshape(pieces, -1, 3)))))
+        near[o + 6 : first] = np.rint(breaks / step) * step
         mantissa, exponent = np.frexp(given[:, 2:])
         weights = np.ldexp(np.rint(mantissa / unit) * unit, exponent)
         placed = np.rint(given[:, :2] / given[:, 2:] / coordinate) * coordinate
         near[poles] = np.column_stack([placed * weights, weights]).ravel()
     return tracks._replace(data=near)
+
+
+def top_speed(breaks: NDArray[np.float64], poles: NDArray[np.float64]) -> float:
+    """How fast rational Bezier pieces may run: length over parameter, but for a factor of about two.
+
+    ``breaks`` (p + 1,), homogeneous control points ``poles`` (p, degree + 1, 3). Between two control points a curve
+    runs where their weights, times powers of the parameter, are equal: faster by their ratio.
+    """
+    weights, degree = poles[:, :, 2], poles.shape[1] - 1
+    ratio = weights[:, 1:] / weights[:, :-1]
+    steps = np.diff(poles[:, :, :2] / poles[:, :, 2:], axis=1)
+    run = np.hypot(steps[:, :, 0], steps[:, :, 1]) * np.maximum(ratio, 1.0 / ratio)
+    return float((degree * run.max(axis=1) / np.diff(breaks)).max()) or 1.0
