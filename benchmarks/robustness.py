@@ -3,13 +3,17 @@
     export PYTHONPATH=src:tests
     python benchmarks/robustness.py --polygons 1000 --regions 500 --slender 400 --wedges --letters --touching
     python benchmarks/robustness.py --regions 50 --first 7000 --worst worst.png     # other seeds, ten worst drawn
+    python benchmarks/robustness.py --fans 200              # models of many faces that share edges
     python benchmarks/robustness.py --parts 60              # needs build123d
 
 Families: random simple polygons of 10 to 60 corners, a third with a hole; random outlines of lines, arcs and B-splines
 with tiny edges, slots, cusps, fillets and nearly touching holes (``tests/random_regions.py``); slender parts, that is
 stars of spikes, strips of 1 : 10,000, combs of slots and holes in a row, at three sizes; wedges of every whole degree
 from 1 to 120 at three sizes; letters and digits of three fonts; holes that all but touch, lunes and crescents; random
-solids of a CAD kernel (``tests/random_parts.py``) at three sizes, one case a solid.
+solids of a CAD kernel (``tests/random_parts.py``) at three sizes, one case a solid; models of many faces
+(``tests/random_networks.py``): fans of two to six wedges about one vertex, the cells of random lines, and, as
+``any fans``, ``pizza`` and ``delaunay``, fans, slices and triangles of any angles, many of which have no valid mesh
+with shared nodes.
 Prints one line for each family: cases, certified, flawed triangles beyond the unavoidable, faces whose budget ran out,
 unavoidable corners, those with no flawed triangle (coarse chords may open wider than the tangents), those with more
 than one, those whose triangle is over 5 % worse than the best for the angle, CPU seconds of the slowest case and of
@@ -30,6 +34,7 @@ from pathlib import Path
 import numpy as np
 
 import fubini
+import random_networks
 import random_regions
 import regions
 from fubini.errors import FubiniError
@@ -109,6 +114,17 @@ def parts(count: int, first: int) -> Iterator[Case]:
         model = fubini.load(random_parts.random_part(seed))
         for share in (10, 30, 100):
             yield Case("parts", f"part {seed}", model, model.diagonal / share)
+
+
+def fans(count: int, first: int) -> Iterator[Case]:
+    families = (
+        ("fans", random_networks.neighbourly_fan), ("arrangements", random_networks.arrangement),
+        ("any fans", random_networks.random_fan), ("pizza", random_networks.pizza),
+        ("delaunay", random_networks.delaunay),
+    )  # fmt: skip
+    for family, make in families:
+        for seed in range(first, first + (count if family in ("fans", "arrangements") else count // 10)):
+            yield Case(family, f"{family} {seed}", fubini.load(make(seed)), (1 / 10, 1 / 20, 1 / 50)[seed % 3])
 
 
 def letters() -> Iterator[Case]:
@@ -225,6 +241,7 @@ def main() -> int:
     parser.add_argument("--regions", type=int, default=0, metavar="N", help="so many random outlines of curves")
     parser.add_argument("--slender", type=int, default=0, metavar="N", help="so many slender parts, three sizes")
     parser.add_argument("--parts", type=int, default=0, metavar="N", help="so many random solids, three sizes")
+    parser.add_argument("--fans", type=int, default=0, metavar="N", help="so many models of faces that share edges")
     parser.add_argument("--wedges", action="store_true", help="1 to 120 degrees, three sizes")
     parser.add_argument("--letters", action="store_true", help="letters and digits of three fonts")
     parser.add_argument("--touching", action="store_true", help="holes that all but touch, lunes and crescents")
@@ -235,8 +252,8 @@ def main() -> int:
     parser.add_argument("--worst", type=Path, help="draw the ten worst faces to this PNG")
     args = parser.parse_args()
 
-    count, first = (args.polygons, args.regions, args.slender, args.parts), args.first
-    families = polygons, outlines, slender, parts
+    count, first = (args.polygons, args.regions, args.slender, args.parts, args.fans), args.first
+    families = polygons, outlines, slender, parts, fans
     cases = [case for family, n in zip(families, count, strict=True) for case in family(n, first)]
     for wanted, family in ((args.wedges, wedges), (args.letters, letters), (args.touching, touching)):
         cases += family() if wanted else ()

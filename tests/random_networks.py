@@ -7,7 +7,7 @@ A seed stands for one model; neighbours share their edges exactly, so each gener
 from __future__ import annotations
 
 import math
-from itertools import accumulate
+from itertools import accumulate, pairwise
 
 import numpy as np
 
@@ -47,6 +47,27 @@ def random_fan(seed: int) -> list[Region]:
     lengths = [1.0] * (count + 1) if equal else rng.uniform(0.4, 1.0, count + 1).tolist()
     arcs = {k for k in range(count) if rng.random() < 0.5}
     return fan(angles.tolist(), lengths, arcs)
+
+
+def neighbourly_fan(seed: int) -> list[Region]:
+    """The first random fan from this seed on, in strides of 100,000, with no corner too wide for those beside it.
+
+    Where two wedges meet, the wider corner is at most five times as wide as the other, or the other has three degrees.
+    """
+    regions = random_fan(seed)
+    while not all(max(pair) <= 5.0 * min(pair) or min(pair) >= 3.0 for pair in _pairs(regions)):
+        seed += 100_000
+        regions = random_fan(seed)
+    return regions
+
+
+def _pairs(regions: list[Region]) -> list[tuple[float, float]]:
+    """Angles of the two corners at either end of every edge that two wedges share."""
+    out = []
+    for before, after in pairwise(regions):
+        around = [{tuple(c.point): c.angle for c in region.corners()} for region in (before, after)]
+        out += [(around[0][place], around[1][place]) for place in around[0].keys() & around[1].keys()]
+    return sorted(out)
 
 
 def arrangement(seed: int) -> list[Region]:

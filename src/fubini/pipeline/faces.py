@@ -387,12 +387,23 @@ class FaceMesher:
         return self.effort.get(f, 0) > EFFORT
 
     def _is_hopeless(self, f: int, outcome: OptimiseOutcome) -> bool:
-        """Whether all flaws of a face lie at legs beside which there are no valid triangles at any size."""
-        legs, edges = self.sizing.legs, self.sizing.outlines[f].edges
-        if not legs.radius.any() or not legs.hopeless[edges].any():
+        """Whether all flaws of a face lie at legs beside which there are no valid triangles at any size.
+
+        A finer boundary may help once at other legs that faces share, by chance: sizes there are in proportion to it.
+        """
+        legs = self.sizing.legs
+        if not legs.radius.any():
+            return False
+        known = legs.hopeless if f not in self.finer else legs.hopeless | (legs.held & legs.shared[:, None])
+        return self._lie_at(f, outcome, known)
+
+    def _lie_at(self, f: int, outcome: OptimiseOutcome, legs: NDArray[np.bool_]) -> bool:
+        """Whether all flaws of a face lie at some of these ``legs`` (e, 2)."""
+        edges = self.sizing.outlines[f].edges
+        if not legs[edges].any():
             return False
         boundary = self.sizing.boundary(f, self.nodes)
-        at_end = legs.hopeless[edges[boundary.track], :, None] & (boundary.t[:, None] == np.array([[0.0], [1.0]]))
+        at_end = legs[edges[boundary.track], :, None] & (boundary.t[:, None] == np.array([[0.0], [1.0]]))
         ends = boundary.points[boundary.segments[at_end.any(axis=(1, 2))]]
         reach = HOPELESS_REACH * np.hypot(*(ends[:, 1] - ends[:, 0]).T)
         away = np.linalg.norm(np.array(outcome.worst)[:, None, None] - ends, axis=3).min(axis=2)

@@ -16,7 +16,17 @@ from numpy.typing import NDArray
 from fubini.sampling._kernels_legs import chord_parameter
 from fubini.sampling.network import Network
 from fubini.sampling.outline import Outline
-from fubini.sampling.ratios import EASY_GAPS, LONG_STEP, MOST_GAPS, SHARP, STEP, best_ratio, chained, least_steps
+from fubini.sampling.ratios import (
+    EASE,
+    LONG_STEP,
+    MOST_GAPS,
+    SHARP,
+    STEP,
+    best_ratio,
+    chained,
+    largest_ratio,
+    least_steps,
+)
 from fubini.sampling.tables import EdgeTables, SizeOptions
 from fubini.tracks import evaluate
 from fubini.tracks.table import LINE
@@ -37,6 +47,10 @@ LONG_SHARE = 0.9
 LARGEST_STEP = 15.0
 #: ... and where no leg would be long enough for that; with two walls one leg must be longer by so many gaps then.
 FLATTEST, TILT = 2.95, 1.45
+#: In corners below this (degrees) the other edge starts with a segment that one triangle beside the leg can stand.
+TIGHT = 65.0
+#: Segments beside a leg are so many gaps long for the sake of other sharp corners, and longer only as far as needed.
+GOOD_GAPS = 2.0
 #: A valid triangle's base is no longer than so many times its height, which in a wedge is that where it ends.
 MOST_FLAT = 3.1
 #: For the sake of ``STEP`` a leg may be this many times as long as asked; for ``LONG_STEP`` as long as need be.
@@ -81,6 +95,8 @@ class Legs:
         self.shared = network.uses > 1
         self.held, self.lengthened, self.hopeless = np.zeros((3, *self.radius.shape), bool)
         self.tilt, self.factor = np.zeros(self.radius.shape), np.ones(self.radius.shape)
+        self._tight: list[tuple[tuple[int, int], tuple[int, int], float]] = []
+        self._skewed: list[tuple[float, tuple[tuple[int, int], tuple[int, int]]]] = []
         self._across: dict[tuple[int, int], tuple[int, int]] = {}
         self.narrowest = np.full(self.radius.shape, SHARP)
         for face, outline in enumerate(self.outlines):
@@ -115,6 +131,7 @@ class Legs:
         if not ((widest > self.narrowest) & (self.radius > 0.0)).any():
             return
         self._tell_factors()
+        self._find_tight()
         shortest = np.full(len(self.longest), np.inf)
         for (_t, s, _h), ends in zip(self.tables, self.ends, strict=True):
             shortest[ends] = np.minimum(shortest[ends], s[-1])
@@ -164,12 +181,25 @@ class Legs:
                 if outline.angles[c] < SHARP and self.radius[(sides := corner_sides(outline, c, before))[0]] > 0.0:
                     gaps = (self._gap_beyond(side, c, outline) for side in sides)
                     ratio = best_ratio(float(outline.angles[c]), *gaps)
+                    if ratio != 1.0:
+                        self._skewed.append((float(outline.angles[c]), sides))
                     links.setdefault(int(self.ends[sides[0]]), []).append((*sides, ratio))
         for at_vertex in links.values():
             if any(ratio != 1.0 for *_, ratio in at_vertex):
                 factors = chained(at_vertex)
                 for side, factor in factors.items():
                     self.factor[side] = factor / max(factors.values())
+
+    def _find_tight(self) -> None:
+        """Note corners of one triangle, or two that are almost alike, between a leg and an edge without one."""
+        for outline in self.outlines:
+            for c, before in outline.pairs():
+                if SHARP <= outline.angles[c] < TIGHT:
+                    sides = corner_sides(outline, c, before)
+                    least = largest_ratio(math.radians(outline.angles[c]), 1) ** -EASE[0]
+                    for side, other in (sides, sides[::-1]):
+                        if self.radius[side] > 0.0 and self.radius[other] == 0.0:
+                            self._tight.append((side, other, least))
 
     def _gap_beyond(self, side: tuple[int, int], c: int, outline: Outline) -> float:
         """Width at the end of a leg, over its length, of the narrowest corner beyond; infinite for none narrower."""
@@ -222,6 +252,15 @@ class Legs:
             for side in walls:
                 self.hopeless[side] |= leg * needs[side][2] * (leg - MOST_FLAT * gap) > MOST_FLAT * gap * leg
                 self._stretch(side, leg, gap, needs[side], most_gaps, steps)
+        for side, other, least in self._tight:
+            start = min(least * radius[side] * self.factor[side], LEG_SHARE * self.tables[other[0]][1][-1])
+            if self._size_beside(other, 0.5 * start) < start:
+                steps[other] = max(steps[other], start)
+        for angle, sides in self._skewed:
+            for side in sides:
+                if self._widest[side] == self.narrowest[side] == angle:
+                    leg = float(radius[side] * self.factor[side])
+                    self._stretch(side, leg, math.inf, self._needs(side), math.inf, steps)
         return steps
 
     def _needs(self, side: tuple[int, int]) -> tuple[float, float, float]:
@@ -234,7 +273,7 @@ class Legs:
         """Stretch the segment beside a leg to what is needed, ``most`` gaps at most, where sizes make it shorter."""
         flat, wanted = self._widest[side] >= SHARP, leg * needs[0]
         if not flat:
-            wanted = max(min(wanted, EASY_GAPS * gap), leg * needs[1])
+            wanted = max(min(wanted, GOOD_GAPS * gap), leg * needs[1])
         if (flat and wanted <= self.options.gap * gap) or (not flat and self._size_beside(side, leg) >= wanted):
             return
         step = min(wanted, most * gap)

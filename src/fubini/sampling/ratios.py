@@ -22,7 +22,7 @@ MOST_GAPS = (2.8, 1.95)
 #: Shares of the exponent that valid triangles about a node can span: what is wanted, and what is enough.
 EASE = (0.745, 0.89)
 #: Legs of one corner stay equal where next segments of so many gaps are enough for its neighbours ...
-EASY_GAPS = 1.5
+EASY_GAPS = 2.0
 #: ... and otherwise its triangle keeps this skewness, degrees, if it can be valid.
 SKEWED = 47.0
 
@@ -57,7 +57,8 @@ def best_ratio(angle: float, gap: float, other_gap: float) -> float:
 
     sharpest = corner_limit(SKEWED)
     if angle < sharpest:
-        ratios = [math.exp(0.02 * k) for k in range(-60, 61)]
+        base = 2.0 * math.sin(math.radians(0.5 * angle))
+        ratios = [math.exp(0.1 * k * base) for k in range(-20, 21)]
     else:
         most = largest_ratio(math.radians(angle), 1, SKEWED)
         ratios = [most ** (0.1 * k) for k in range(-10, 11)]
