@@ -106,54 +106,66 @@ def attempt(
     if inside is not None:
         start = whole(constrained_delaunay(np.concatenate([boundary.points, inside]), boundary), outline)
         return optimise(start, outline.tracks, asked), None
-    gradient = options.inner_gradient
-    long = long_segments(boundary, size)
+    gradient, long = options.inner_gradient, long_segments(boundary, size)
     # a size field may ask for anything inside: no core stays as it is
     least = LEAST_CORE if sizes is None and not len(lone) and not len(long) else NO_CORE
     lattice = lattice_of(boundary, outline, size, gradient, number, least)
-    inner, core, outer = clear_of_segments(lattice.points, long, size), lattice.core, boundary
-    if len(lone):
-        inner = clear_of(inner, boundary, len(lone), size, gradient)
-    at_fans, face = NO_POINTS, boundary
-    if len(ears):
-        boundary = without_ears(boundary, ears)
-    if number % 2 or len(long):
-        inner, at_fans = with_fans(inner, boundary, size)
-    if core is not None:
-        boundary = strip_boundary(boundary, core, size)
+    inner, core, face = clear_of_segments(lattice.points, long, size), lattice.core, boundary
+    inner = clear_of(inner, boundary, len(lone), size, gradient) if len(lone) else inner
+    boundary = without_ears(boundary, ears) if len(ears) else boundary
+    inner, at_fans = with_fans(inner, boundary, size) if number % 2 or len(long) else (inner, NO_POINTS)
+    boundary = strip_boundary(boundary, core, size) if core is not None else boundary
     points = np.concatenate([boundary.points, inner])
-    if tried is not None:
-        if any(same_start(points, boundary, *start) for start in tried):
-            return None
-        tried.append((points, boundary))
+    if tried is not None and was_tried(points, boundary, tried):
+        return None
     if inner is lattice.points and not len(ears):
-        start = whole(delaunay_around(points, boundary, outer, lattice.patch), outline)
+        start = whole(delaunay_around(points, boundary, face, lattice.patch), outline)
     else:
         start = constrained_delaunay(points, boundary)
         if len(ears) and len(start.unrecovered):
             return attempt(face, outline, size, options, number, inside, sizes, lone, along, tried, False)
         start = whole(start, outline)
-    even: tuple[int, float] | None = None
     others = sizes is not None or along is not None or len(lone) or len(long)
     beside = None if others else room_of(core, lattice.spacing / size)
-    if sizes is None and len(long):
-        most = float(np.hypot(*(long[:, 1] - long[:, 0]).T).max())
-        wanted = sizes_of(start, inner, at_fans)
-        outcome, even = refine_and_optimise(start, outline.tracks, most, gradient, asked, wanted)
-    elif sizes is None:
-        outcome, even = refine_within(start, outline.tracks, size, gradient, asked, beside)
-    else:
+    found: tuple[OptimiseOutcome, tuple[int, float] | None]
+    if sizes is not None:
         filled = follow(refine(start, outline.tracks, size, gradient), outline, size, options.gradient, sizes)
-        outcome = optimise(smooth(filled, outline.tracks), outline.tracks, asked)
-    outcome, longest = level(outcome, outline.tracks, asked, even)
-    outcome = shortened(outcome, outline.tracks, size, asked, sizes, along, longest)
-    outcome = thinned(outcome, size, asked, beside)
+        found = optimise(smooth(filled, outline.tracks), outline.tracks, asked), None
+    elif len(long):
+        most = float(np.hypot(*(long[:, 1] - long[:, 0]).T).max())
+        found = refine_and_optimise(start, outline.tracks, most, gradient, asked, sizes_of(start, inner, at_fans))
+    else:
+        found = refine_within(start, outline.tracks, size, gradient, asked, beside)
+    outcome = finished(found, outline, size, asked, sizes, along, beside)
     return with_ears(outcome, face, ears) if len(ears) else outcome, core
+
+
+def finished(
+    found: tuple[OptimiseOutcome, tuple[int, float] | None],
+    outline: Outline,
+    size: float,
+    asked: OptimiseOptions,
+    sizes: Callable[[Float], Float] | None,
+    along: Float | None,
+    beside: tuple[int, float] | None,
+) -> OptimiseOutcome:
+    """An outcome, and what ``level`` asks of it, with neighbours of like size, no long edges, no triangles too many."""
+    outcome, longest = level(found[0], outline.tracks, asked, found[1])
+    outcome = shortened(outcome, outline.tracks, size, asked, sizes, along, longest)
+    return thinned(outcome, size, asked, beside)
 
 
 def room_of(core: Core | None, spacing: float) -> tuple[int, float]:
     """Triangles of a core whose nodes are ``spacing`` sizes apart, and how many of the size there is room for there."""
     return (core.triangles, core.triangles * spacing**2) if core is not None else (0, 0.0)
+
+
+def was_tried(points: Float, boundary: Boundary, tried: list[tuple[Float, Boundary]]) -> bool:
+    """Whether an attempt that starts alike is among those tried; joins them otherwise."""
+    if any(same_start(points, boundary, *start) for start in tried):
+        return True
+    tried.append((points, boundary))
+    return False
 
 
 def same_start(points: Float, boundary: Boundary, others: Float, beside: Boundary) -> bool:
