@@ -23,7 +23,7 @@ import random_regions
 import regions  # of tests/
 from fubini.curves import CircularArc, Line
 from fubini.optimise.thin import most_triangles
-from fubini.pipeline import faces
+from fubini.pipeline import attempts
 from fubini.region import Region
 
 COUNTS = (110, 150, 190, 240, 310, 390, 500, 700, 950, 1_300, 1_900, 2_800, 6_000, 20_000)
@@ -65,8 +65,8 @@ class Noted:
 
 def measure(name: str) -> list[tuple[str, int, float, float]]:
     """Face, equilateral triangles, and how many times that number fubini and Gmsh make."""
-    noted, rows = Noted(faces.thinned), []
-    faces.thinned = noted
+    noted, rows = Noted(attempts.thinned), []
+    attempts.thinned = noted
     for face, region in all_faces():
         for count in COUNTS if name in face else ():
             size = math.sqrt(region.area / (peers.TRIANGLE * count))

@@ -31,7 +31,7 @@ import tables
 import regions  # of tests/
 from fubini.cells import decompose
 from fubini.optimise import OptimiseOptions, optimise
-from fubini.pipeline.faces import MOVES, MOVES_EACH
+from fubini.pipeline.attempts import MOVES, MOVES_EACH
 from fubini.pipeline.pattern import pattern_nodes, pattern_points, settle_points
 from fubini.quality import flawed, skewness
 from fubini.region import Region

@@ -13,7 +13,7 @@ from click.testing import CliRunner
 import fubini
 from fubini.cli import main
 from fubini.export import WRITERS
-from fubini.pipeline import faces as meshing
+from fubini.pipeline import attempts as meshing
 
 
 def run(*arguments):

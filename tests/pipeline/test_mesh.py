@@ -12,7 +12,7 @@ import fubini
 import regions
 from fubini.curves import Bezier, Line
 from fubini.errors import GeometryError, OptionError
-from fubini.pipeline.faces import whole
+from fubini.pipeline.attempts import whole
 from fubini.pipeline.options import MeshOptions
 from fubini.quality import areas
 from fubini.sampling.boundary import BoundarySizing, Outline, SizeOptions

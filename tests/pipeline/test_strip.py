@@ -13,7 +13,7 @@ import fubini
 import regions
 from fubini.errors import GeometryError
 from fubini.model import Frame
-from fubini.pipeline.faces import attempt
+from fubini.pipeline.attempts import attempt
 from fubini.pipeline.options import MeshOptions
 from fubini.pipeline.strip import FaceMesh, strip_boundary, with_core
 from fubini.sampling.interior import NO_CORE, lattice_points, lattice_with_core

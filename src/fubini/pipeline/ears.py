@@ -18,6 +18,8 @@ Int = NDArray[np.intp]
 
 #: Legs that differ by more than this are no pair.
 EVEN = 3.5
+#: No corner to be cut off.
+NO_EARS: Int = np.empty((0, 2), np.intp)
 
 
 def find_ears(boundary: Boundary, min_skew: float, max_aspect_ratio: float) -> Int:
@@ -29,7 +31,7 @@ def find_ears(boundary: Boundary, min_skew: float, max_aspect_ratio: float) -> I
     sharp = np.flatnonzero((boundary.kind == CORNER) & (boundary.angle < SHARP))
     locked = boundary.mode == LOCKED
     if not len(sharp) or not locked.any():
-        return np.empty((0, 2), np.intp)
+        return NO_EARS
     leaving, reaching = np.full((2, n), -1, np.intp)
     leaving[segments[:, 0]] = reaching[segments[:, 1]] = np.arange(len(segments))
     limit, out, used = corner_limit(min_skew, max_aspect_ratio), [], np.zeros(n, bool)
@@ -128,4 +130,4 @@ def with_ears(outcome: OptimiseOutcome, whole: Boundary, ears: Int) -> OptimiseO
     return outcome.on(triangulation)
 
 
-__all__ = ["find_ears", "with_ears", "without_ears"]
+__all__ = ["NO_EARS", "find_ears", "with_ears", "without_ears"]
