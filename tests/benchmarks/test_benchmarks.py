@@ -77,7 +77,7 @@ def test_a_run_that_dies_is_told(scripts):
 
 def test_counts_are_those_of_faces_of_one_size(scripts, monkeypatch):
     counts, peers = scripts("counts"), scripts("peers")
-    monkeypatch.setattr(counts.attempts, "thinned", counts.faces.thinned)
+    monkeypatch.setattr(counts.attempts, "thinned", counts.attempts.thinned)
     monkeypatch.setitem(peers.TOOLS, "gmsh 6", lambda region, size: (None, range(300), None))
     monkeypatch.setattr(counts, "COUNTS", (200,))
     finer = regions.plate()  # its holes ask for smaller triangles
